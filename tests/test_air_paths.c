@@ -109,7 +109,10 @@ static void assert_estimate(const char *what, const estimate *e, const double ex
 static void compare_sky(double sun_deg, unsigned every, int count) {
   np_csv csv;
   scene s;
-  start(&s, &(neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT, 6360e3, test_direction(sun_deg, 0.0));
+  test_air air;
+  test_air_start(&air);
+  test_air_set_one_lobe(&air);
+  start(&s, &air.desc, 6360e3, test_direction(sun_deg, 0.0));
   assert_int_equal(np_csv_load(s.base.context, NEPHOS_TEST_SOURCE_DIR "/data/sky_traced.csv", &csv), NEPH_OK);
   unsigned number = 0;
   for (size_t i = 0; i < csv.row_count; i++) {

@@ -92,6 +92,7 @@ static void thick_and_absent_air_have_a_sky(void **state) {
   for (size_t i = 0; i < sizeof factors / sizeof *factors; i++) {
     test_air air;
     scale_air(&air, factors[i][0], factors[i][1], factors[i][2], factors[i][3]);
+    test_air_set_one_lobe(&air);
     for (int b = 0; b < 3 && i == 4; b++) air.layers[TEST_AEROSOL].asymmetry[b] = 0.99;
     assert_sane(&air.desc);
   }
@@ -360,11 +361,15 @@ static void wrong_layers_are_refused(void **state) {
        "at least 0"},
       {{.height_m = 1.0, .top_m = far, .absorption_per_m = {far, 0, 0}}, "layers[1].absorption_per_m", "inf", "finite"},
       {{.height_m = 1.0, .top_m = far, .phase = (neph_phase)9}, "layers[1].phase", "9", "neph_phase"},
-      {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_DROPLETS}, "layers[1].phase", "6", "neph_phase"},
+      {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_DROPLETS}, "layers[1].phase", "7", "neph_phase"},
       {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_HENYEY_GREENSTEIN, .asymmetry = {0, 0, 1}},
        "layers[1].asymmetry",
        "is 1",
        "at most 0.9999"},
+      {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_HAZE, .asymmetry = {0.8, 0.8, 0.4}},
+       "layers[1].asymmetry",
+       "is 0.4",
+       "at least 0.5"},
       {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_TWO_LOBE, .second_asymmetry = {-1, 0, 0}},
        "layers[1].second_asymmetry",
        "-1",
@@ -387,6 +392,7 @@ static void wrong_layers_are_refused(void **state) {
   test_air_start(&air);
   for (int i = 1; i < 4; i++) {
     air.layers[i] = neph_earth_layers[TEST_AEROSOL];
+    air.layers[i].phase = NEPH_PHASE_CORNETTE_SHANKS;
     for (int b = 0; b < 3; b++) air.layers[i].asymmetry[b] = 0.1 * (3 * i + b - 2);
   }
   air.desc.layer_count = 4;

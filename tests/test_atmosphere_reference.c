@@ -61,6 +61,7 @@ static void describe_reference(test_air *air) {
   const double rayleigh[3] = {5.802339382e-6, 13.55776245e-6, 33.10000598e-6};
   const double ozone[3] = {0.6497166e-6, 1.8809e-6, 0.08501668e-6};
   test_air_start(air);
+  test_air_set_one_lobe(air);
   test_air_set_albedo(air, 0.1);
   air->desc.top_altitude_m = 60000.0;
   memcpy(air->layers[TEST_MOLECULES].scattering_per_m, rayleigh, sizeof rayleigh);

@@ -22,6 +22,9 @@ static const np_phase_source examples[] = {
     {.kind = NEPH_PHASE_TWO_LOBE, .forward = 0.9, .backward = -0.4, .backward_weight = 0.2},
     {.kind = NEPH_PHASE_CORNETTE_SHANKS, .asymmetry = 0.8},
     {.kind = NEPH_PHASE_CORNETTE_SHANKS, .asymmetry = -0.6},
+    {.kind = NEPH_PHASE_HAZE, .asymmetry = NP_PHASE_HAZE_MIN},
+    {.kind = NEPH_PHASE_HAZE, .asymmetry = 0.8},
+    {.kind = NEPH_PHASE_HAZE, .asymmetry = NP_PHASE_HAZE_MAX},
     {.kind = NEPH_PHASE_DRAINE, .draine_asymmetry = 1e-4, .alpha = 40.0},
     {.kind = NEPH_PHASE_DRAINE, .draine_asymmetry = 0.9999, .alpha = 300.0},
     {.kind = NEPH_PHASE_DROPLETS, .diameter_m = 5e-6},
@@ -112,6 +115,22 @@ static void droplets_have_the_known_peak(void **state) {
   (void)state;
   np_phase phase = np_phase_droplets(50e-6);
   assert_near(eval(&phase, 0), 1.9e4, 0.05e4);
+}
+
+/* The mean cosine is the parameter, and shares of the lobes are those of the fit: the aureole of haze is ten times as
+ * bright 0.7° from the sun as 6.7° from it, where one lobe has 1.1. */
+static void haze_has_its_mean_and_an_aureole(void **state) {
+  (void)state;
+  for (double g = NP_PHASE_HAZE_MIN; g < NP_PHASE_HAZE_MAX; g += 0.05) {
+    const np_phase phase = np_phase_haze(g);
+    assert_near(np_phase_mean_cosine(&phase), g, 1e-7);
+    assert_near((double)np_phase_get_share(&phase, 0), 0.47, 1e-7);
+    assert_near((double)np_phase_get_share(&phase, 1), 0.48, 1e-7);
+    assert_near((double)np_phase_get_share(&phase, 2), 0.05, 1e-7);
+    const double near = 1.0 - cos(0.7 * NP_DEGREE), far = 1.0 - cos(6.7 * NP_DEGREE);
+    print_message("g %.2f: %.2f\n", g, eval(&phase, near) / eval(&phase, far));
+    assert_true(eval(&phase, near) > 7.0 * eval(&phase, far));
+  }
 }
 
 /* Mirroring g mirrors the function: the same float operations, so the same bits where 2 − v is exact. */
@@ -355,6 +374,7 @@ int main(void) {
       cmocka_unit_test(mean_cosine_and_moments_agree_with_quadrature),
       cmocka_unit_test(droplets_have_the_published_mean_cosine),
       cmocka_unit_test(droplets_have_the_known_peak),
+      cmocka_unit_test(haze_has_its_mean_and_an_aureole),
       cmocka_unit_test(negative_g_is_the_mirror_image),
       cmocka_unit_test(narrow_peaks_keep_their_digits),
       cmocka_unit_test(samples_follow_the_function),

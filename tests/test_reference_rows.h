@@ -4,6 +4,7 @@
 #define NP_TEST_REFERENCE_ROWS_H
 
 #include <stdlib.h>
+#include <string.h>
 
 #include <nephos/nephos.h>
 
@@ -19,6 +20,15 @@ static inline double test_row_get(const np_csv *csv, size_t row, int column) {
   double value;
   assert_int_equal(np_csv_get_real(csv, row, column, -1e9, 1e9, &value), NEPH_OK);
   return value;
+}
+
+/* Writes the question of a row, its scene found from any folder by that of the data, which ends in a slash. */
+static inline void test_rows_write_case(FILE *file, const np_csv *csv, size_t row, const char *folder) {
+  for (int c = 0; c < TEST_ANSWER; c++) {
+    const char *field = np_csv_get_field(csv, row, c);
+    fprintf(file, "%s%s%s", c ? "," : "", strstr(field, ".yaml") ? folder : "", field);
+  }
+  fprintf(file, "\n");
 }
 
 /* Answers the questions in the file `cases`. */

@@ -165,6 +165,14 @@ static void test_wrong_airs(void **state) {
        "1:22: atmosphere.preset is venus, must be earth, earth-hazy, mars, empty or none"},
       {"atmosphere: {mie_extinction: 1e-9}", "1:30: atmosphere.mie_extinction is 1e-09 1/m, must not be below"},
       {"atmosphere: {mie_asymmetry: 1}", "1:29: atmosphere.mie_asymmetry is 1, must be a number in [-0.9999, 0.9999]"},
+      {"atmosphere: {haze: thick}", "1:20: atmosphere.haze is thick, must be preset, clear, hazy, maritime or dusty"},
+      {"atmosphere: {visibility: 20 m}", "1:26: atmosphere.visibility is 20 m, must be a length in [1000, 500000] m"},
+      {"atmosphere: {visibility: 289 km}",
+       "1:26: atmosphere.visibility is 289 km, must be below 288.5 km, the visual range of air without haze"},
+      {"atmosphere: {visibility: 20 km, mie_scattering: 0, mie_extinction: 0}",
+       "1:26: atmosphere.visibility is 20 km, and mie_extinction at 550 nm is 0 1/m: no haze to scale"},
+      {"atmosphere: {layers: [{phase: {haze: 0.4}}]}",
+       "1:38: atmosphere.layers[0].phase.haze is 0.4, must be a number in [0.5, 0.95]"},
       {"atmosphere: {layers: {}}", "1:22: atmosphere.layers is a mapping of 0, must be a list of mappings"},
       {"atmosphere: {layers: [1]}", "1:23: atmosphere.layers[0] is 1, must be a mapping"},
       {"atmosphere: {layers: [{scattering: -1}]}", "1:36: atmosphere.layers[0].scattering is -1, must be a number per"},
@@ -188,6 +196,69 @@ static void test_wrong_airs(void **state) {
        "1:41: atmosphere.layers[0].phase.cornette_shanks and atmosphere.layers[0].phase.hg exclude each other"},
   };
   ASSERT_ALL_BAD(state, bad);
+}
+
+static double get_extinction(const neph_scene *scene, int layer) {
+  const neph_atmosphere_layer *l = &scene->atmosphere.layers[layer];
+  return l->scattering_per_m[1] + l->absorption_per_m[1];
+}
+
+/* Koschmieder's range: 3.912 over the extinction of air and haze at 550 nm, for each kind at its own range and at a
+ * given one, whose colour and absorption are those of the kind. */
+static void test_haze_by_visual_range(void **state) {
+  static const struct {
+    const char *name;
+    double range_m;
+  } kinds[] = {{"clear", 100e3}, {"hazy", 20e3}, {"maritime", 40e3}, {"dusty", 25e3}, {"preset", 3.912 / 17.998e-6}};
+  test_fixture *f = *state;
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+    char text[128];
+    snprintf(text, sizeof text, "atmosphere: {haze: %s}", kinds[i].name);
+    neph_scene *scene = load_air(f, text);
+    assert_near_relative(3.912 / (get_extinction(scene, 0) + get_extinction(scene, 1)), kinds[i].range_m, 1e-12);
+    const double before = scene->atmosphere.layers[1].scattering_per_m[2] / get_extinction(scene, 1);
+    assert_int_equal(neph_scene_set(scene, "atmosphere.visibility", "12 km"), NEPH_OK);
+    assert_near_relative(3.912 / (get_extinction(scene, 0) + get_extinction(scene, 1)), 12e3, 1e-12);
+    assert_near_relative(scene->atmosphere.layers[1].scattering_per_m[2] / get_extinction(scene, 1), before, 1e-12);
+    assert_int_equal(scene->atmosphere.layers[1].phase, NEPH_PHASE_HAZE);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* Presets of ice scatter as ice unless a phase function is given; the others as droplets. */
+static void test_presets_of_ice(void **state) {
+  static const struct {
+    const char *keys;
+    neph_phase kind;
+  } clouds[] = {{"bake: {preset: cirrus}", NEPH_PHASE_ICE},
+                {"bake: {preset: altostratus, voxel: 200 m}", NEPH_PHASE_ICE},
+                {"bake: {voxel: 90 m, preset: contrail}", NEPH_PHASE_ICE},
+                {"bake: {preset: altocumulus_floccus}", NEPH_PHASE_DROPLETS},
+                {"bake: {preset: cumulonimbus}", NEPH_PHASE_DROPLETS},
+                {"bake: {}", NEPH_PHASE_DROPLETS},
+                {"phase: {droplets: {}}, bake: {preset: cirrus}", NEPH_PHASE_DROPLETS},
+                {"bake: {preset: cirrus}, phase: {hg: 0.8}", NEPH_PHASE_HENYEY_GREENSTEIN},
+                {"bake: {preset: cirrus}, phase: {mie: {}}", NEPH_PHASE_MIE}};
+  test_fixture *f = *state;
+  for (size_t i = 0; i < sizeof clouds / sizeof *clouds; i++) {
+    char text[128];
+    snprintf(text, sizeof text, "clouds: [{%s}]", clouds[i].keys);
+    neph_scene *scene = load_air(f, text);
+    assert_int_equal(scene->clouds[0].phase_source.kind, clouds[i].kind);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* A key for the asymmetry has one lobe in place of three; other presets keep theirs. */
+static void test_one_lobe_by_its_asymmetry(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene = load_air(f, "atmosphere: {mie_asymmetry: 0.3}");
+  assert_int_equal(scene->atmosphere.layers[1].phase, NEPH_PHASE_CORNETTE_SHANKS);
+  assert_near(scene->atmosphere.layers[1].asymmetry[2], 0.3, 0);
+  neph_scene_destroy(scene);
+  scene = load_air(f, "atmosphere: {preset: mars, mie_asymmetry: 0.3}");
+  assert_int_equal(scene->atmosphere.layers[1].phase, NEPH_PHASE_TWO_LOBE);
+  neph_scene_destroy(scene);
 }
 
 /* A preset comes first wherever it stands, other keys go over it, and the sun is as far as the preset's planet is. */
@@ -476,6 +547,9 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_long_lists_are_refused_soon, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_too_many_clouds_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_wrong_airs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_haze_by_visual_range, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_presets_of_ice, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_one_lobe_by_its_asymmetry, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_presets_and_layers_of_air, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_random_mutations_never_crash, set_up, test_tear_down),
       cmocka_unit_test(test_failed_allocations),

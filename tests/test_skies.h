@@ -37,6 +37,11 @@ static inline void test_air_start(test_air *air) {
   air->desc.layers = air->layers;
 }
 
+/* Haze of one lobe, without an aureole, as published skies have it. */
+static inline void test_air_set_one_lobe(test_air *air) {
+  air->layers[TEST_AEROSOL].phase = NEPH_PHASE_CORNETTE_SHANKS;
+}
+
 /* Multiplies the coefficients of one layer. */
 static inline void test_air_scale(test_air *air, int layer, double factor) {
   for (int b = 0; b < 3; b++) {

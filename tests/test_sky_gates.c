@@ -169,7 +169,8 @@ static void retrace(fixture *f, size_t step, unsigned paths) {
   char *cases = test_path(f->folder, "cases.csv");
   FILE *file = fopen(cases, "w");
   fprintf(file, "%s\n", f->reference.header.text);
-  for (size_t i = 0; i < f->reference.row_count; i += step) fprintf(file, "%s\n", f->reference.rows[i].text);
+  for (size_t i = 0; i < f->reference.row_count; i += step)
+    test_rows_write_case(file, &f->reference, i, NEPHOS_TEST_SOURCE_DIR "/data/");
   fclose(file);
   test_rows_trace_anew(f->context, cases, paths);
   free(cases);

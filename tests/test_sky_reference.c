@@ -172,7 +172,10 @@ static traced trace_row(neph_context *context, const neph_atmosphere *earth, con
 /* Every ninth direction of tests/data/sky_reference.csv, whose bands follow each other: order 1 to 1e-4, the accuracy
  * of its own quadrature, all orders within four standard errors of both. */
 static void independent_tracer_agrees(void **state) {
-  neph_atmosphere *earth = test_atmosphere_create(*state, NULL);
+  test_air air;
+  test_air_start(&air);
+  test_air_set_one_lobe(&air);
+  neph_atmosphere *earth = test_atmosphere_create(*state, &air.desc);
   FILE *file = fopen(NEPHOS_TEST_SOURCE_DIR "/data/sky_reference.csv", "r");
   assert_non_null(file);
   reference_row row;

@@ -45,7 +45,8 @@ typedef struct neph_atmosphere_layer {
   double scattering_per_m[3];     /**< coefficient at density 1; ≥ 0 */
   double absorption_per_m[3];     /**< coefficient at density 1; ≥ 0 */
   neph_phase phase;               /**< unused where scattering is 0 */
-  double asymmetry[3];            /**< g of the first or only lobe in each band, −0.9999 to 0.9999 */
+  double asymmetry[3];            /**< g of the first or only lobe in each band, −0.9999 to 0.9999; haze: mean
+                                       cosine of its lobes, 0.5 to 0.95 */
   double second_asymmetry[3];     /**< g of the second lobe, −0.9999 to 0.9999 */
   double second_weight[3];        /**< share of the light that the second lobe scatters, 0 to 1 */
   neph_layer_absorber absorber;

@@ -16,6 +16,7 @@ typedef enum neph_phase {
   NEPH_PHASE_HENYEY_GREENSTEIN, /**< one lobe: `asymmetry` */
   NEPH_PHASE_TWO_LOBE,          /**< two Henyey-Greenstein lobes: `asymmetry`, `second_asymmetry`, `second_weight` */
   NEPH_PHASE_CORNETTE_SHANKS,   /**< one lobe: `asymmetry` */
+  NEPH_PHASE_HAZE,              /**< air only: three lobes with an aureole, `asymmetry` of their sum, 0.5 to 0.95 */
   NEPH_PHASE_DRAINE,            /**< clouds only: `asymmetry`, `draine_alpha` */
   NEPH_PHASE_DROPLETS,          /**< clouds only: fit to Mie theory, `droplet_diameter_m` */
   NEPH_PHASE_TABLE,             /**< clouds only: values by angle in a file, `phase_table` */

@@ -101,13 +101,12 @@ static void add_lobe(const dome_inputs *inputs, np_phase_lobe lobe, np_vec3 to, 
 static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const dome_inputs *inputs) {
   const np_phase *phase = &kernel->medium->aerosol[aerosol].phase;
   const float greatest = kernel->azimuth_count > DOME_AZIMUTHS ? sharp_asymmetry_max : asymmetry_max;
-  const float share[2] = {1.0f - phase->weight, phase->weight};
   for (size_t out = 0; out < np_gather_kernel_count_outputs(kernel); out++) {
     const np_vec3 to = np_gather_kernel_get_output(kernel, (int)out);
     float *weights = np_gather_kernel_get_weights(kernel, altitude, aerosol) + out * (size_t)inputs->count;
-    for (int i = 0; i < 2; i++) {
-      const float g = np_clampf(phase->lobe[i].asymmetry, -greatest, greatest);
-      if (share[i] > 0.0f) add_lobe(inputs, (np_phase_lobe){g, phase->lobe[i].alpha}, to, share[i], weights);
+    for (int i = 0; i < NP_PHASE_LOBES; i++) {
+      const float g = np_clampf(phase->lobe[i].asymmetry, -greatest, greatest), share = np_phase_get_share(phase, i);
+      if (share > 0.0f) add_lobe(inputs, (np_phase_lobe){g, phase->lobe[i].alpha}, to, share, weights);
     }
   }
 }
@@ -192,8 +191,8 @@ static bool has_sharp_lobe(const np_medium *medium) {
   bool is_sharp = false;
   for (int i = 0; i < medium->aerosol_count; i++) {
     const np_phase *phase = &medium->aerosol[i].phase;
-    is_sharp |= fabsf(phase->lobe[0].asymmetry) > asymmetry_max ||
-                (phase->weight > 0.0f && fabsf(phase->lobe[1].asymmetry) > asymmetry_max);
+    for (int k = 0; k < NP_PHASE_LOBES; k++)
+      is_sharp |= np_phase_get_share(phase, k) > 0.0f && fabsf(phase->lobe[k].asymmetry) > asymmetry_max;
   }
   return is_sharp;
 }

@@ -92,19 +92,19 @@ static neph_result check_range(neph_context *context, const char *where, const n
 }
 
 static neph_result check_phase(neph_context *context, const char *where, const neph_atmosphere_layer *layer) {
-  static const size_t parameter_counts[] = {[NEPH_PHASE_RAYLEIGH] = 0,
-                                            [NEPH_PHASE_ISOTROPIC] = 0,
-                                            [NEPH_PHASE_HENYEY_GREENSTEIN] = 1,
-                                            [NEPH_PHASE_TWO_LOBE] = 3,
-                                            [NEPH_PHASE_CORNETTE_SHANKS] = 1};
+  static const size_t parameter_counts[] = {
+      [NEPH_PHASE_RAYLEIGH] = 0, [NEPH_PHASE_ISOTROPIC] = 0,       [NEPH_PHASE_HENYEY_GREENSTEIN] = 1,
+      [NEPH_PHASE_TWO_LOBE] = 3, [NEPH_PHASE_CORNETTE_SHANKS] = 1, [NEPH_PHASE_HAZE] = 1};
   if ((unsigned)layer->phase >= sizeof parameter_counts / sizeof *parameter_counts)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "atmosphere: %sphase is %d, must be the neph_phase Rayleigh (0), isotropic (1), Henyey-Greenstein "
-                   "(2), two lobes (3) or Cornette-Shanks (4)",
+                   "(2), two lobes (3), Cornette-Shanks (4) or haze (5)",
                    where, (int)layer->phase);
+  const bool is_haze = layer->phase == NEPH_PHASE_HAZE;
+  const double low = is_haze ? NP_PHASE_HAZE_MIN : -0.9999, high = is_haze ? NP_PHASE_HAZE_MAX : 0.9999;
   neph_result result = NEPH_OK;
   for (int b = 0; !result && b < 3; b++) {
-    const bounded all[] = {{"asymmetry", layer->asymmetry[b], -0.9999, 0.9999, false},
+    const bounded all[] = {{"asymmetry", layer->asymmetry[b], low, high, false},
                            {"second_asymmetry", layer->second_asymmetry[b], -0.9999, 0.9999, false},
                            {"second_weight", layer->second_weight[b], 0.0, 1.0, false}};
     result = check_all(context, where, all, parameter_counts[layer->phase]);

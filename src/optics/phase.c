@@ -20,6 +20,15 @@ np_phase np_phase_two_lobe(float g_forward, float g_backward, float weight_backw
 
 np_phase np_phase_cornette_shanks(float g) { return np_phase_draine(g, 1); }
 
+np_phase np_phase_haze(double g) {
+  static const double narrow = 0.93, narrow_share = 0.48, narrowest = 0.985, narrowest_share = 0.05;
+  const double broad_share = 1.0 - narrow_share - narrowest_share;
+  const double broad = (g - narrow_share * narrow - narrowest_share * narrowest) / broad_share;
+  return (np_phase){.lobe = {{(float)broad, 0}, {(float)narrow, 0}, {(float)narrowest, 0}},
+                    .weight = (float)(narrow_share / (1.0 - narrowest_share)),
+                    .third_weight = (float)narrowest_share};
+}
+
 np_phase np_phase_draine(float g, float alpha) { return (np_phase){.lobe = {{g, alpha}, {0, 0}}, .weight = 0}; }
 
 np_phase np_phase_tabulated(const np_phase_table *table) { return (np_phase){.table = table, .table_weight = 1}; }
@@ -59,7 +68,8 @@ np_phase np_phase_droplets(double diameter_m) {
 static bool is_same_lobe(np_phase_lobe a, np_phase_lobe b) { return a.asymmetry == b.asymmetry && a.alpha == b.alpha; }
 
 bool np_phase_is_equal(const np_phase *a, const np_phase *b) {
-  return is_same_lobe(a->lobe[0], b->lobe[0]) && is_same_lobe(a->lobe[1], b->lobe[1]) && a->weight == b->weight &&
+  return is_same_lobe(a->lobe[0], b->lobe[0]) && is_same_lobe(a->lobe[1], b->lobe[1]) &&
+         is_same_lobe(a->lobe[2], b->lobe[2]) && a->weight == b->weight && a->third_weight == b->third_weight &&
          a->table == b->table && a->table_weight == b->table_weight && a->bands == b->bands;
 }
 
@@ -126,7 +136,9 @@ static double sample_mixture(const np_phase *phase, const float u[3], bool *out_
   *out_is_backward = false;
   if (phase->table && u[0] < phase->table_weight) return np_phase_table_sample(phase->table, (double)u[1]);
   float choice = phase->table ? (u[0] - phase->table_weight) / (1.0f - phase->table_weight) : u[0];
-  np_phase_lobe lobe = phase->lobe[choice < phase->weight];
+  np_phase_lobe lobe = phase->lobe[2];
+  if (choice >= phase->third_weight)
+    lobe = phase->lobe[(choice - phase->third_weight) / (1.0f - phase->third_weight) < phase->weight];
   *out_is_backward = lobe.asymmetry < 0;
   return sample_versine(lobe, (double)u[1]);
 }
@@ -157,8 +169,9 @@ double np_phase_mean_cosine(const np_phase *phase) {
     np_phase_get_moments(phase, 2, moments);
     return moments[1];
   }
-  double w = phase->weight;
-  return (1.0 - w) * compute_lobe_mean_cosine(phase->lobe[0]) + w * compute_lobe_mean_cosine(phase->lobe[1]);
+  double w = phase->weight, third = phase->third_weight;
+  double two = (1.0 - w) * compute_lobe_mean_cosine(phase->lobe[0]) + w * compute_lobe_mean_cosine(phase->lobe[1]);
+  return third > 0.0 ? (1.0 - third) * two + third * compute_lobe_mean_cosine(phase->lobe[2]) : two;
 }
 
 /* Moment l of H; l = −1 occurs with the factor 0. */
@@ -177,18 +190,19 @@ static double compute_lobe_moment(np_phase_lobe lobe, int l) {
 }
 
 void np_phase_get_moments(const np_phase *phase, unsigned count, double *out_moments) {
-  double w = phase->weight, share = phase->table ? (double)phase->table_weight : 0.0;
+  double w = phase->weight, third = phase->third_weight, share = phase->table ? (double)phase->table_weight : 0.0;
   if (phase->table) np_phase_table_get_moments(phase->table, count, out_moments);
   for (unsigned l = 0; l < count; l++) {
     double lobes =
         (1.0 - w) * compute_lobe_moment(phase->lobe[0], (int)l) + w * compute_lobe_moment(phase->lobe[1], (int)l);
+    if (third > 0.0) lobes += third * (compute_lobe_moment(phase->lobe[2], (int)l) - lobes);
     out_moments[l] = phase->table ? share * out_moments[l] + (1.0 - share) * lobes : lobes;
   }
 }
 
 np_phase np_phase_broaden(const np_phase *phase, float factor) {
   np_phase result = *phase;
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < NP_PHASE_LOBES; i++) {
     result.lobe[i].asymmetry *= factor;
     result.lobe[i].alpha *= factor;
   }
@@ -214,6 +228,8 @@ static np_phase make_two_lobe(const np_phase_source *s) {
 
 static np_phase make_cornette_shanks(const np_phase_source *s) { return np_phase_cornette_shanks((float)s->asymmetry); }
 
+static np_phase make_haze(const np_phase_source *s) { return np_phase_haze(s->asymmetry); }
+
 static np_phase make_draine(const np_phase_source *s) {
   return np_phase_draine((float)s->draine_asymmetry, (float)s->alpha);
 }
@@ -224,7 +240,7 @@ static np_phase (*const makers[NP_PHASE_COUNT])(const np_phase_source *) = {
     [NEPH_PHASE_ISOTROPIC] = make_isotropic, [NEPH_PHASE_CORNETTE_SHANKS] = make_cornette_shanks,
     [NEPH_PHASE_DRAINE] = make_draine,       [NEPH_PHASE_TABLE] = make_isotropic,
     [NEPH_PHASE_MIE] = make_isotropic,       [NEPH_PHASE_RAIN] = make_isotropic,
-    [NEPH_PHASE_ICE] = make_isotropic,
+    [NEPH_PHASE_ICE] = make_isotropic,       [NEPH_PHASE_HAZE] = make_haze,
 };
 
 np_phase np_phase_make(const np_phase_source *source) {

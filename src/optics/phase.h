@@ -12,8 +12,8 @@
 #include "core/units.h"
 #include "optics/phase_table.h"
 
-/* All phase functions but tables are mixtures of two Draine lobes (Draine 2003, "Scattering by Interstellar Dust
- * Grains", eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
+/* All phase functions but tables are mixtures of up to three Draine lobes (Draine 2003, "Scattering by Interstellar
+ * Dust Grains", eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
 typedef struct np_phase_lobe {
   float asymmetry; /* g, −1 < g < 1 */
   float alpha;     /* ≥ 0 */
@@ -26,9 +26,12 @@ typedef struct np_phase_bands {
   float asymmetry[NP_BAND_COUNT], second[NP_BAND_COUNT]; /* Legendre moments χ₁ and χ₂ of each band */
 } np_phase_bands;
 
+enum { NP_PHASE_LOBES = 3 };
+
 typedef struct np_phase {
-  np_phase_lobe lobe[2];
-  float weight;                /* weight of lobe[1], 0 to 1; 0 for a single lobe */
+  np_phase_lobe lobe[NP_PHASE_LOBES];
+  float weight;                /* weight of lobe[1] against lobe[0], 0 to 1; 0 for a single lobe */
+  float third_weight;          /* weight of lobe[2] against the others, 0 to 1; 0: two lobes at most */
   const np_phase_table *table; /* borrowed; NULL: lobes alone */
   float table_weight;          /* weight of the table against the lobes, 0 to 1 */
   const np_phase_bands *bands; /* borrowed; tables of each band, whose mean is `table`; NULL: all bands have one */
@@ -39,6 +42,13 @@ np_phase np_phase_rayleigh(void);
 np_phase np_phase_henyey_greenstein(float g);
 np_phase np_phase_two_lobe(float g_forward, float g_backward, float weight_backward);
 np_phase np_phase_cornette_shanks(float g);
+
+/* Haze: three Henyey-Greenstein lobes whose mean cosine is g, 0.5 to 0.95. The narrow ones, of g 0.93 and 0.985 in
+ * shares of 48 and 5 %, are the aureole of particles from half a micrometre up; the broad one takes the rest of g. */
+#define NP_PHASE_HAZE_MIN 0.5
+#define NP_PHASE_HAZE_MAX 0.95
+np_phase np_phase_haze(double g);
+
 np_phase np_phase_draine(float g, float alpha);
 
 /* Phase function of a table, which must outlive it. */
@@ -63,8 +73,15 @@ static inline float np_phase_eval_lobe(np_phase_lobe lobe, float versine) {
 static inline float np_phase_eval(const np_phase *phase, float versine) {
   float value = np_phase_eval_lobe(phase->lobe[0], versine);
   if (phase->weight > 0) value += phase->weight * (np_phase_eval_lobe(phase->lobe[1], versine) - value);
+  if (phase->third_weight > 0) value += phase->third_weight * (np_phase_eval_lobe(phase->lobe[2], versine) - value);
   if (phase->table) value += phase->table_weight * (np_phase_table_eval(phase->table, versine) - value);
   return value;
+}
+
+/* Share of a lobe among the lobes. */
+static inline float np_phase_get_share(const np_phase *phase, int lobe) {
+  const float others = 1.0f - phase->third_weight;
+  return lobe == 2 ? phase->third_weight : others * (lobe == 1 ? phase->weight : 1.0f - phase->weight);
 }
 
 /* Values in each band; all of them np_phase_eval where bands have one phase function. */
@@ -103,7 +120,7 @@ enum { NP_PHASE_COUNT = NEPH_PHASE_ICE + 1 };
 /* A phase function by kind and parameters, for clouds and air alike; its maker is a row of phase.c. */
 typedef struct np_phase_source {
   neph_phase kind;                               /* tables are isotropic until they are read or computed */
-  double asymmetry;                              /* Henyey-Greenstein, Cornette-Shanks */
+  double asymmetry;                              /* Henyey-Greenstein, Cornette-Shanks, haze */
   double draine_asymmetry, alpha;                /* Draine */
   double forward, backward, backward_weight;     /* two lobes */
   double diameter_m;                             /* droplets */

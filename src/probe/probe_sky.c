@@ -62,10 +62,8 @@ enum { NAMED_COUNT = 5, EARTHS_MAX = 32 };
 static void describe_bruneton(earth *out) {
   const double rayleigh[3] = {5.802339382e-6, 13.55776245e-6, 33.10000598e-6};
   const double ozone[3] = {0.6497166e-6, 1.8809e-6, 0.08501668e-6};
-  memcpy(out->layers, neph_earth_layers, sizeof out->layers);
   memcpy(out->layers[0].scattering_per_m, rayleigh, sizeof rayleigh);
   memcpy(out->layers[2].absorption_per_m, ozone, sizeof ozone);
-  out->medium.layers = out->layers;
   out->medium.top_altitude_m = 60e3;
   for (int b = 0; b < 3; b++) out->medium.ground_albedo[b] = 0.1;
 }
@@ -84,6 +82,11 @@ static neph_result describe_earths(neph_context *context, earth out[NAMED_COUNT]
     out[i].sun_angular_radius_rad = sun.sun_angular_radius_rad / distance_au;
     for (int b = 0; b < 3; b++)
       out[i].irradiance_w_m2_nm[b] = i == 1 ? 1.0 : sun.sun_irradiance_w_m2_nm[b] / (distance_au * distance_au);
+  }
+  for (int i = 0; i < 2; i++) {
+    memcpy(out[i].layers, neph_earth_layers, sizeof out[i].layers);
+    out[i].layers[1].phase = NEPH_PHASE_CORNETTE_SHANKS;
+    out[i].medium.layers = out[i].layers;
   }
   out[0].name = "bruneton";
   out[1].name = "hillaire";

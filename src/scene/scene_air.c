@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "atmosphere/atmosphere_private.h"
+#include "atmosphere/haze.h"
 #include "core/alloc.h"
 
 /* ---- Presets ---- */
@@ -22,7 +23,7 @@ neph_result np_scene_air_start(neph_scene *scene) {
       neph_atmosphere_get_preset(scene->context, preset_names[air->preset], &desc, &air->sun_distance_au);
   if (result) return result;
   air->molecules = desc.layers[0];
-  air->aerosol = desc.layers[1];
+  air->aerosol = air->haze ? np_haze_make(air->haze, air->molecules.scattering_per_m[1]) : desc.layers[1];
   air->ozone = desc.layers[2];
   for (int b = 0; b < 3; b++)
     air->aerosol_extinction_per_m[b] = air->aerosol.scattering_per_m[b] + air->aerosol.absorption_per_m[b];
@@ -71,6 +72,7 @@ static neph_atmosphere_layer complete_layer(const np_scene_layer *layer) {
   neph_atmosphere_layer desc = layer->desc;
   const double *asymmetry = desc.phase == NEPH_PHASE_CORNETTE_SHANKS ? layer->cornette_shanks
                             : desc.phase == NEPH_PHASE_TWO_LOBE      ? layer->forward
+                            : desc.phase == NEPH_PHASE_HAZE          ? layer->haze
                                                                      : layer->henyey_greenstein;
   memcpy(desc.asymmetry, asymmetry, sizeof desc.asymmetry);
   desc.table_altitude_m = layer->rows.values;
@@ -88,6 +90,25 @@ void np_scene_air_derive_sun(neph_scene *scene) {
   for (int b = 0; b < 3 && !sun->has_irradiance; b++) sun->irradiance_w_m2_nm[b] /= distance * distance;
 }
 
+/* Extinction of haze at 550 nm that leaves the visual range, or 0 where the air alone has a shorter one. */
+static double compute_haze(const np_scene_air *air) {
+  return fmax(np_haze_compute_extinction(air->visibility_m, air->molecules.scattering_per_m[1]), 0.0);
+}
+
+/* Scales the haze to the visual range, also where it has been scaled before; a key for its asymmetry replaces three
+ * lobes by one. */
+static void derive_haze(np_scene_air *air) {
+  neph_atmosphere_layer *haze = &air->aerosol;
+  double *extinction = air->aerosol_extinction_per_m;
+  const double factor = air->has_visibility && extinction[1] > 0.0 ? compute_haze(air) / extinction[1] : 1.0;
+  for (int b = 0; b < 3; b++) {
+    extinction[b] *= factor;
+    haze->scattering_per_m[b] *= factor;
+    haze->absorption_per_m[b] = fmax(extinction[b] - haze->scattering_per_m[b], 0.0);
+  }
+  if (air->has_asymmetry && haze->phase == NEPH_PHASE_HAZE) haze->phase = NEPH_PHASE_CORNETTE_SHANKS;
+}
+
 /* Copies planet and air from an atmosphere object. */
 static void derive_given(neph_scene *scene, neph_atmosphere *given) {
   scene->air.given = given;
@@ -101,8 +122,7 @@ neph_result np_scene_air_derive(neph_scene *scene) {
   const np_node *node = np_node_search(scene->document, "atmosphere");
   scene->has_atmosphere = air->preset != NP_AIR_NONE;
   if (node && node->assets.atmosphere) return derive_given(scene, node->assets.atmosphere), NEPH_OK;
-  for (int b = 0; b < 3; b++)
-    air->aerosol.absorption_per_m[b] = fmax(air->aerosol_extinction_per_m[b] - air->aerosol.scattering_per_m[b], 0.0);
+  derive_haze(air);
   const unsigned own = air->preset == NP_AIR_EMPTY ? 0 : OWN;
   scene->layers = np_alloc(scene->context, own + (size_t)air->layer_count, sizeof *scene->layers);
   if (!scene->layers) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -135,6 +155,21 @@ static neph_result check_layer(const neph_scene *scene, unsigned index, const np
                           compute_begin(layer), scene->atmosphere.top_altitude_m);
 }
 
+static neph_result check_visibility(const np_scene_air *air, const np_node *section, np_scene_problems *problems) {
+  const np_node *key = np_node_search(section, "visibility"), *node = key ? key : section;
+  const double molecules = air->molecules.scattering_per_m[1], range = np_haze_compute_range(molecules);
+  if (!air->has_visibility) return NEPH_OK;
+  if (!(air->visibility_m < range))
+    return np_scene_fail_at(problems, node,
+                            "atmosphere.visibility is %g km, must be below %.4g km, the visual range of air without "
+                            "haze (rayleigh_scattering at 550 nm is %g 1/m)",
+                            air->visibility_m * 1e-3, range * 1e-3, molecules);
+  if (air->aerosol_extinction_per_m[1] > 0.0) return NEPH_OK;
+  return np_scene_fail_at(problems, node,
+                          "atmosphere.visibility is %g km, and mie_extinction at 550 nm is 0 1/m: no haze to scale",
+                          air->visibility_m * 1e-3);
+}
+
 neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems) {
   const double *scattering = scene->air.aerosol.scattering_per_m, *extinction = scene->air.aerosol_extinction_per_m;
   const np_node *air = np_node_search(scene->document, "atmosphere");
@@ -146,7 +181,7 @@ neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *probl
                               "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
                               extinction[i], scattering[i]);
   const np_node *list = np_node_search(air, "layers"), *node = list ? list->first : NULL;
-  neph_result result = NEPH_OK;
+  neph_result result = check_visibility(&scene->air, air, problems);
   for (unsigned i = 0; node && i < scene->air.layer_count; i++, node = node->next)
     np_scene_goes_on(problems, check_layer(scene, i, node, problems), &result);
   return result;

@@ -50,7 +50,7 @@ typedef struct np_condition {
 } np_condition;
 
 typedef struct np_ignore_rule {
-  const char *keys[14]; /* paths; a section includes all of its keys */
+  const char *keys[16]; /* paths; a section includes all of its keys */
   np_condition counts;  /* condition under which the keys have an effect */
   const char *reason;   /* reason why they have none otherwise; the message adds the deciding key and its value */
   np_condition applies; /* condition under which the rule applies */

@@ -217,6 +217,7 @@ static void put_phase(section_writer *w, const neph_placement_desc *p) {
   case NEPH_PHASE_ICE:
     put_word(w, "phase.ice.habit", habits[p->ice_habit]);
     return;
+  case NEPH_PHASE_HAZE:
   case NEPH_PHASE_RAYLEIGH:
   case NEPH_PHASE_ISOTROPIC:
     put_word(w, "phase", p->phase == NEPH_PHASE_RAYLEIGH ? "rayleigh" : "isotropic");
@@ -251,8 +252,8 @@ static neph_result read_placement(neph_context *context, const neph_placement_de
   if ((unsigned)out->density_unit > NEPH_DENSITY_LIQUID_WATER)
     return np_fail(context, bad, "neph_placement_desc.density_unit is %d, must be a neph_density_unit",
                    (int)out->density_unit);
-  if ((unsigned)out->phase > NEPH_PHASE_ICE)
-    return np_fail(context, bad, "neph_placement_desc.phase is %d, must be a neph_phase", (int)out->phase);
+  if ((unsigned)out->phase > NEPH_PHASE_ICE || out->phase == NEPH_PHASE_HAZE)
+    return np_fail(context, bad, "neph_placement_desc.phase is %d, must be a neph_phase for clouds", (int)out->phase);
   if ((unsigned)out->ice_habit > NEPH_ICE_PLATE)
     return np_fail(context, bad, "neph_placement_desc.ice_habit is %d, must be a neph_ice_habit", (int)out->ice_habit);
   if (out->phase == NEPH_PHASE_TABLE && !out->phase_table)

@@ -34,6 +34,8 @@ static const basic_row basics[] = {
     {"moon.elevation", "height", 0, 0, LINEAR},
     {"moon.azimuth", "direction", 0, 360, LINEAR},
     {"atmosphere.preset", "air", 0, 0, LINEAR},
+    {"atmosphere.haze", "kind of haze", 0, 0, LINEAR},
+    {"atmosphere.visibility", "visual range", 1e3, 2e5, LOGARITHMIC},
     {"atmosphere.mie_scattering", "haze", 1e-7, 1e-3, LOGARITHMIC},
     {"atmosphere.mie_height", "height of haze", 100, 1e4, LOGARITHMIC},
     {"atmosphere.mie_asymmetry", "haze forward", 0, 0.95, LINEAR},

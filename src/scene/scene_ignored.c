@@ -19,7 +19,7 @@
 #define CONSTITUENTS                                                                                                   \
   "atmosphere.rayleigh_scattering", "atmosphere.rayleigh_height", "atmosphere.mie_scattering",                         \
   "atmosphere.mie_extinction", "atmosphere.mie_height", "atmosphere.mie_asymmetry", "atmosphere.ozone_absorption",     \
-  "atmosphere.ozone_center", "atmosphere.ozone_width"
+  "atmosphere.ozone_center", "atmosphere.ozone_width", "atmosphere.haze", "atmosphere.visibility"
 #define IN_PERSPECTIVE {"camera.kind", ONLY(NEPH_CAMERA_PERSPECTIVE)}
 #define WITH_PLANET {"environment.planet", ONLY(1)}
 #define OWN_MODELS                                                                                                     \

@@ -12,6 +12,8 @@ const np_choice np_booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
 static const np_choice atmospheres[] = {{"earth", NP_AIR_EARTH}, {"earth-hazy", NP_AIR_EARTH_HAZY},
                                         {"mars", NP_AIR_MARS},   {"empty", NP_AIR_EMPTY},
                                         {"none", NP_AIR_NONE},   {NULL, 0}};
+static const np_choice hazes[] = {{"preset", NP_HAZE_PRESET},     {"clear", NP_HAZE_CLEAR}, {"hazy", NP_HAZE_HAZY},
+                                  {"maritime", NP_HAZE_MARITIME}, {"dusty", NP_HAZE_DUSTY}, {NULL, 0}};
 static const np_choice absorbers[] = {{"smooth", NEPH_LAYER_SMOOTH}, {"ozone", NEPH_LAYER_OZONE}, {NULL, 0}};
 static const np_choice layer_phases[] = {{"rayleigh", NEPH_PHASE_RAYLEIGH}, {NULL, 0}};
 static const np_choice absences[] = {{"none", 0}, {NULL, 0}};
@@ -148,6 +150,14 @@ static const np_key sky_keys[] = {
     {.path = "atmosphere.preset", .type = NP_KEY_CHOICE, .choices = atmospheres, .field = SCENE(air.preset),
      .is_air_preset = true, .fallback = "earth",
      .meaning = "planet and air to start with; empty: no air except layers; none: no atmosphere"},
+    {.path = "atmosphere.haze", .type = NP_KEY_CHOICE, .choices = hazes, .field = SCENE(air.haze),
+     .is_air_preset = true, .fallback = "preset",
+     .meaning = "kind of haze, in place of the preset's, with a visual range of its own: clear 100 km, hazy 20 km, "
+                "maritime 40 km, dusty 25 km"},
+    {.path = "atmosphere.visibility", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(air.visibility_m),
+     .tag = SCENE(air.has_visibility), .tag_value = true, .range = WITHIN(1000, 5e5),
+     .meaning = "visual range at sea level, to which haze is scaled: 3.912 over the extinction of air and haze at "
+                "550 nm"},
     {.path = "atmosphere.planet_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
      .field = SCENE(atmosphere.planet_radius_m), .range = WITHIN(1000, 1e9), .fallback = "6360 km",
      .meaning = "radius of the planet at sea level"},
@@ -171,8 +181,8 @@ static const np_key sky_keys[] = {
      .field = SCENE(air.aerosol.height_m), .range = WITHIN(1, 1e7), .fallback = "1.2 km",
      .meaning = "scale height of haze: its density falls by a factor e"},
     {.path = "atmosphere.mie_asymmetry", .type = NP_KEY_REAL, .field = SCENE(air.aerosol.asymmetry),
-     .is_grey_allowed = true, .range = WITHIN(-0.9999, 0.9999), .fallback = "0.8",
-     .meaning = "asymmetry g of haze, for the Cornette-Shanks phase function"},
+     .is_grey_allowed = true, .range = WITHIN(-0.9999, 0.9999), .tag = SCENE(air.has_asymmetry), .tag_value = true,
+     .meaning = "asymmetry g of haze: of one lobe, by Cornette and Shanks, in place of the three of mean 0.8"},
     {.path = "atmosphere.ozone_absorption", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
      .field = SCENE(air.ozone.absorption_per_m), .is_grey_allowed = true, .range = WITHIN(0, 1),
      .fallback = "0.65e-6 1/m, 1.881e-6 1/m, 0.085e-6 1/m",
@@ -244,6 +254,9 @@ static const np_key sky_keys[] = {
      .fallback = "-0.3", .meaning = "asymmetry g of the second lobe"},
     {.path = "atmosphere.layers[].phase.two_lobe.weight", .type = NP_KEY_REAL, .field = LAYER(desc.second_weight),
      .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.1", .meaning = "weight of the second lobe"},
+    {.path = "atmosphere.layers[].phase.haze", .type = NP_KEY_REAL, .field = LAYER(haze), .tag = LAYER(desc.phase),
+     .tag_value = NEPH_PHASE_HAZE, .is_grey_allowed = true, .range = WITHIN(NP_PHASE_HAZE_MIN, NP_PHASE_HAZE_MAX),
+     .group = GROUP_PHASE, .alternative = 4, .meaning = "mean asymmetry g of three lobes with an aureole"},
 
     {.path = "environment", .type = NP_KEY_SECTION,
      .meaning = "uniform environment light, for tests and studio scenes"},

@@ -10,6 +10,7 @@
 #include <nephos/terrain.h>
 #include <nephos/volume.h>
 
+#include "atmosphere/haze.h"
 #include "core/context_private.h"
 #include "core/math.h"
 #include "core/time_text.h"
@@ -70,12 +71,15 @@ typedef struct np_scene_rows {
 typedef struct np_scene_layer {
   neph_atmosphere_layer desc;
   np_scene_rows rows;
-  double cornette_shanks[3], henyey_greenstein[3], forward[3];
+  double cornette_shanks[3], henyey_greenstein[3], forward[3], haze[3];
 } np_scene_layer;
 
 /* The air's keys: preset, three constituents, and a list of layers. */
 typedef struct np_scene_air {
   np_air_preset preset;
+  np_haze haze;
+  bool has_visibility, has_asymmetry; /* set by keys */
+  double visibility_m;
   double sun_distance_au;
   neph_atmosphere *given; /* replaces all other members; owned by the document; NULL: none */
   neph_atmosphere_layer molecules, aerosol, ozone;

@@ -191,6 +191,16 @@ static double compute_total_error(neph_atmosphere *a, const np_csv *traced, doub
 
 /* ---- Sweep ---- */
 
+/* The Earth of the traced rows, whose haze has one lobe. */
+static neph_atmosphere_desc describe_one_lobe(void) {
+  static neph_atmosphere_layer layers[NEPH_EARTH_LAYER_COUNT];
+  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  memcpy(layers, neph_earth_layers, sizeof layers);
+  layers[1].phase = NEPH_PHASE_CORNETTE_SHANKS;
+  desc.layers = layers;
+  return desc;
+}
+
 static void print_table(const char *name, const char *size, cost c, double error) {
   printf("| %s | %s | %.3g k | %.1f | %.2f |\n", name, size, 1e-3 * (double)c.evaluations, 1e3 * c.seconds, error);
 }
@@ -198,7 +208,8 @@ static void print_table(const char *name, const char *size, cost c, double error
 static void run_tolerance(neph_context *context, double tolerance, neph_atmosphere *fine, const np_csv *traced) {
   const np_table_sizes n = np_table_sizes_make(tolerance);
   neph_atmosphere *a;
-  require(np_atmosphere_create_sized(context, NULL, NP_ORDERS_ALL, false, &n, NULL, &a));
+  const neph_atmosphere_desc air = describe_one_lobe();
+  require(np_atmosphere_create_sized(context, &air, NP_ORDERS_ALL, false, &n, NULL, &a));
   neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
   desc.sun_direction[0] = 0.8;
   desc.sun_direction[2] = 0.6;
@@ -246,7 +257,8 @@ int main(int argc, char **argv) {
   n.moments.down = 12;
   n.moments.points = 48;
   neph_atmosphere *fine;
-  require(np_atmosphere_create_sized(context, NULL, NP_ORDERS_ALL, false, &n, NULL, &fine));
+  const neph_atmosphere_desc air = describe_one_lobe();
+  require(np_atmosphere_create_sized(context, &air, NP_ORDERS_ALL, false, &n, NULL, &fine));
   static const double tolerances[] = {0.05, 0.02, 0.01, NP_SKY_TOLERANCE_DEFAULT, 0.005, NP_SKY_TOLERANCE_MIN};
   for (size_t i = 0; i < sizeof tolerances / sizeof *tolerances; i++) {
     run_tolerance(context, tolerances[i], fine, &traced);
