@@ -88,6 +88,9 @@ static const preset presets[] = {
 };
 /* clang-format on */
 
+/* Presets whose clouds are of crystals; the others are of droplets. */
+static const char *const ices[] = {"altostratus", "cirrus", "contrail"};
+
 enum { PRESET_COUNT = sizeof presets / sizeof *presets };
 
 const char *np_cloud_get_preset_name(size_t index) { return index < PRESET_COUNT ? presets[index].name : NULL; }
@@ -103,6 +106,12 @@ static const preset *search_preset(const char *name) {
 }
 
 bool np_cloud_has_preset(const char *name) { return search_preset(name) != NULL; }
+
+bool np_cloud_preset_is_ice(const char *name) {
+  for (size_t i = 0; i < sizeof ices / sizeof *ices; i++)
+    if (!strcmp(ices[i], name)) return true;
+  return false;
+}
 
 neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_cloud_desc *out_desc) {
   if (NP_LACKS(context, name, out_desc)) return NEPH_ERROR_INVALID_ARGUMENT;

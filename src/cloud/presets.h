@@ -9,6 +9,9 @@
 
 bool np_cloud_has_preset(const char *name);
 
+/* Whether a preset's clouds are of ice. */
+bool np_cloud_preset_is_ice(const char *name);
+
 /* Name of a preset; NULL behind the last. */
 const char *np_cloud_get_preset_name(size_t index);
 

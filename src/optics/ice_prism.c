@@ -13,6 +13,7 @@
 #include "core/alloc.h"
 #include "core/math.h"
 #include "core/units.h"
+#include "optics/ice_table.h"
 #include "optics/raindrop.h"
 
 enum { FACES = 8, BINS = 3600, CHUNKS = 64, RAYS_PER_CHUNK = 16384, PASSES_MAX = 40 };
@@ -218,30 +219,42 @@ static double smooth(const ice_light *light, double angle_rad) {
 }
 
 static neph_result add_prism(neph_context *context, np_monitor *monitor, double length, double index, double weight,
-                             unsigned count, const double *angle_rad, const double *core, double *values) {
+                             unsigned count, const double *angle_rad, double *values, double *straight) {
   ice_light *light = np_alloc(context, 1, sizeof *light);
   if (!light) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = trace_prism(context, monitor, length, index, light);
-  for (unsigned i = 0; i < count && !result; i++)
-    values[i] += 0.5 * weight * (smooth(light, angle_rad[i]) + (1.0 + light->straight) * core[i]);
+  for (unsigned i = 0; i < count && !result; i++) values[i] += weight * smooth(light, angle_rad[i]);
+  *straight += weight * light->straight;
   np_alloc_free(context, light);
+  return result;
+}
+
+neph_result np_ice_prism_trace(neph_context *context, np_monitor *monitor, neph_ice_habit habit, double index,
+                               unsigned count, const double *angle_rad, double *out_values, double *out_straight) {
+  static const double share[3][2] = {
+      [NEPH_ICE_MIXED] = {0.5, 0.5}, [NEPH_ICE_COLUMN] = {1.0, 0.0}, [NEPH_ICE_PLATE] = {0.0, 1.0}};
+  static const double length[2] = {column_length, plate_length};
+  for (unsigned i = 0; i < count; i++) out_values[i] = 0.0;
+  *out_straight = 0.0;
+  neph_result result = NEPH_OK;
+  for (int h = 0; h < 2 && !result; h++)
+    if (share[habit][h] > 0.0)
+      result =
+          add_prism(context, monitor, length[h], index, share[habit][h], count, angle_rad, out_values, out_straight);
   return result;
 }
 
 neph_result np_ice_prism_compute_phase(neph_context *context, np_monitor *monitor, neph_ice_habit habit,
                                        double wavelength_m, double index, unsigned count, const double *angle_rad,
                                        double *out_values) {
-  static const double share[3][2] = {
-      [NEPH_ICE_MIXED] = {0.5, 0.5}, [NEPH_ICE_COLUMN] = {1.0, 0.0}, [NEPH_ICE_PLATE] = {0.0, 1.0}};
-  static const double length[2] = {column_length, plate_length};
-  double *core = np_alloc(context, count, sizeof *core);
+  double *core = np_alloc(context, count, sizeof *core), straight = 0.0;
   if (!core) return NEPH_ERROR_OUT_OF_MEMORY;
   np_diffraction_fill(np_ice_core_radius_m, core_variance, wavelength_m, count, angle_rad, core);
-  for (unsigned i = 0; i < count; i++) out_values[i] = 0.0;
+  const bool is_known =
+      habit == NEPH_ICE_MIXED && np_ice_table_read(wavelength_m, count, angle_rad, out_values, &straight);
   neph_result result = NEPH_OK;
-  for (int h = 0; h < 2 && !result; h++)
-    if (share[habit][h] > 0.0)
-      result = add_prism(context, monitor, length[h], index, share[habit][h], count, angle_rad, core, out_values);
+  if (!is_known) result = np_ice_prism_trace(context, monitor, habit, index, count, angle_rad, out_values, &straight);
+  for (unsigned i = 0; i < count; i++) out_values[i] = 0.5 * (out_values[i] + (1.0 + straight) * core[i]);
   np_alloc_free(context, core);
   return result;
 }

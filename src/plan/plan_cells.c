@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/parallel.h"
+#include "optics/ice_prism.h"
 #include "optics/phase_bands.h"
 #include "plan/plan_detail.h"
 #include "plan/trial.h"
@@ -86,6 +87,11 @@ static void include_box(outline *o, np_dvec3 low, np_dvec3 high) {
   o->high = np_dvec3_max(o->high, high);
 }
 
+/* Cells depend on the mean cosine alone, which is known for ice before its tables are. */
+static np_phase get_phase(const np_scene_cloud *cloud) {
+  return cloud->phase_source.kind == NEPH_PHASE_ICE ? np_phase_henyey_greenstein(np_ice_asymmetry) : cloud->phase;
+}
+
 static void add_bake(outline *o, unsigned i, const np_scene_cloud *cloud, const neph_cloud_desc *bake) {
   const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
                          bake->base_altitude_m};
@@ -97,7 +103,7 @@ static void add_bake(outline *o, unsigned i, const np_scene_cloud *cloud, const 
   *volume = (np_instance){.bricks = &o->bricks[i],
                           .number = i,
                           .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
-                          .phase = cloud->phase};
+                          .phase = get_phase(cloud)};
   for (int a = 0; a < 3; a++) {
     volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
     volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
@@ -136,8 +142,10 @@ static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene
   for (int a = 0; a < 3; a++) bricks->size[a] = (int32_t)(file->size[a] / (NP_BRICK_EDGE * coarse)) + 2;
   bricks->value_max = 1.0f;
   bricks->brick_count = (size_t)fmin(file->voxel_count / per_brick, stored);
-  *volume = (np_instance){
-      .bricks = bricks, .number = i, .extinction_per_value = (float)get_densest(plan, i, cloud), .phase = cloud->phase};
+  *volume = (np_instance){.bricks = bricks,
+                          .number = i,
+                          .extinction_per_value = (float)get_densest(plan, i, cloud),
+                          .phase = get_phase(cloud)};
   if (!np_affine_invert(&index_to_world, &volume->world_to_index)) volume->world_to_index = np_affine_identity();
   include_box(o, file->low, file->high);
   o->box_m3 += size.x * size.y * size.z;
@@ -196,7 +204,9 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
 
 /* Whether its phase function is known only when the cloud is built. */
 static bool has_table(const np_scene_cloud *cloud) {
-  return cloud->phase_source.kind == NEPH_PHASE_TABLE || np_phase_kind_has_bands(cloud->phase_source.kind);
+  const np_phase_source *source = &cloud->phase_source;
+  const bool is_mixed_ice = source->kind == NEPH_PHASE_ICE && source->habit == NEPH_ICE_MIXED;
+  return source->kind == NEPH_PHASE_TABLE || (np_phase_kind_has_bands(source->kind) && !is_mixed_ice);
 }
 
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out) {

@@ -325,6 +325,8 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   cloud->phase_source.kind = NEPH_PHASE_DROPLETS;
   cloud->volume = node->assets.volume;
   neph_result result = apply_element(applier, list, index, node, cloud);
+  if (cloud->preset && np_cloud_preset_is_ice(cloud->preset) && !np_node_search(node, "phase"))
+    cloud->phase_source.kind = NEPH_PHASE_ICE;
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
   if (result) return result;
   np_print(cloud->bake_name, sizeof cloud->bake_name, "%s[%u].bake", list->path, index);

@@ -185,7 +185,8 @@ static const np_key keys[] = {
      .meaning = "phase function: one of the keys below, or the words rayleigh or isotropic"},
     {.path = "clouds[].phase.droplets", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
      .tag_value = NEPH_PHASE_DROPLETS, .group = GROUP_PHASE, .alternative = 1,
-     .meaning = "fit to Mie theory for water droplets; the default"},
+     .meaning = "fit to Mie theory for water droplets; the default, but for the presets altostratus, cirrus and "
+                "contrail, whose default is ice"},
     {.path = "clouds[].phase.droplets.diameter", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
      .field = CLOUD(phase_source.diameter_m), .tag = CLOUD(has_diameter), .tag_value = true, .range = WITHIN(5, 50),
      .fallback = "20 um", .meaning = "diameter of the droplets; default: the sizes of the file, if it has any"},
@@ -231,7 +232,8 @@ static const np_key keys[] = {
      .meaning = "most frequent diameter of the drops"},
     {.path = "clouds[].phase.ice", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
      .tag_value = NEPH_PHASE_ICE, .group = GROUP_PHASE, .alternative = 8,
-     .meaning = "hexagonal prisms of ice in all orientations, in each band: halos of 22 and 46 degrees"},
+     .meaning = "hexagonal prisms of ice in all orientations, in each band: halos of 22 and 46 degrees; the default of "
+                "the presets of ice"},
     {.path = "clouds[].phase.ice.habit", .type = NP_KEY_CHOICE, .choices = habits, .field = CLOUD(phase_source.habit),
      .fallback = "mixed", .meaning = "column, twice as long as wide; plate, a fifth as long as wide; or mixed, half "
      "of the scattering by each"},
