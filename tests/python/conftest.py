@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures of the tests of the Python package: a small scene, and the program that renders it too."""
 import os
+import signal
 import subprocess
 
 import pytest
@@ -16,6 +17,14 @@ clouds:
 atmosphere: {tolerance: 0.1}
 render: {samples: 2, quality: draft}
 """
+
+
+@pytest.fixture(autouse=True)
+def ctrl_c():
+    """Ctrl-C raises KeyboardInterrupt also where a shell that runs the tests in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture
