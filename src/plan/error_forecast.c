@@ -80,9 +80,8 @@ double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {
   if (plan->decisions.left_out.is_all) return plan->decisions.left_out.share;
   if (plan->decisions.has_sun && plan->decisions.are_lights_known) sine = plan->decisions.lights.to_sun.z;
   const double solution = np_bias_of_solution((unsigned)scene->render.light_degree, scene->render.light_residual);
-  const double water = np_scene_has_water(scene) ? np_bias_of_water(sine) : 0.0;
   return hypot(hypot(np_bias_of_cells(plan->decisions.cells.error, albedo, sine), solution),
-               hypot(water, plan->decisions.left_out.share));
+               plan->decisions.left_out.share);
 }
 
 double np_stage_expect_approximation(const np_plan *plan, const neph_scene *scene) {
