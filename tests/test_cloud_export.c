@@ -3,6 +3,7 @@
  * layer names them. */
 #include <nephos/nephos.h>
 
+#include <dirent.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -139,6 +140,55 @@ static void baked_clouds_are_exported_too(void **state) {
   assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
   for (int a = 0; a < 3; a++) assert_near(info.bounds_min_m[a] - out.bounds_min_m[a], 25.0, 1e-6); /* half a voxel */
   neph_volume_release(volume);
+  neph_scene_destroy(scene);
+  free(path);
+}
+
+static bool stop_later(void *user, const neph_progress *progress) {
+  unsigned *calls = user;
+  (void)progress;
+  return (*calls)-- > 0;
+}
+
+static unsigned count_files(const test_fixture *f) {
+  DIR *folder = opendir(f->folder);
+  unsigned count = 0;
+  assert_non_null(folder);
+  for (const struct dirent *entry; (entry = readdir(folder));) count += entry->d_name[0] != '.';
+  closedir(folder);
+  return count;
+}
+
+/* A bake that is cancelled, at whichever call, leaves the file that was there, and no other. */
+static void a_cancelled_export_leaves_the_folder_as_it_was(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb");
+  static const char before[] = "a cloud of yesterday";
+  char now[sizeof before];
+  neph_scene *scene = load(f, "march", "bake: {preset: cumulus_humilis, extent: 1 km, voxel: 50 m}");
+  neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
+  neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
+  neph_result result = NEPH_ERROR_CANCELLED;
+  unsigned stop_at = 0;
+  desc.progress = stop_later;
+  for (; result == NEPH_ERROR_CANCELLED; stop_at++) {
+    unsigned calls = stop_at;
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_int_equal(fwrite(before, sizeof before, 1, file), 1);
+    assert_int_equal(fclose(file), 0);
+    const unsigned files = count_files(f);
+    desc.progress_user = &calls;
+    result = neph_scene_export_cloud(scene, 0, 1, &desc, path, &out);
+    assert_int_equal(count_files(f), files);
+    file = fopen(path, "r");
+    assert_non_null(file);
+    assert_int_equal(fread(now, sizeof now, 1, file), 1);
+    (void)fclose(file);
+    assert_int_equal(memcmp(now, before, sizeof before) == 0, result == NEPH_ERROR_CANCELLED);
+  }
+  assert_int_equal(result, NEPH_OK);
+  assert_true(stop_at > 2);
   neph_scene_destroy(scene);
   free(path);
 }
@@ -510,12 +560,18 @@ static void what_cannot_be_exported_is_refused(void **state) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
-      TEST(values_stand_in_the_world),     TEST(pictures_are_those_of_the_scene),
-      TEST(baked_clouds_are_exported_too), TEST(layers_have_time_samples),
-      TEST(fields_go_with_the_cloud),      TEST(pictures_of_fields_are_those_of_the_scene),
-      TEST(fire_is_exported_in_units),     TEST(layers_name_the_fields),
-      TEST(missing_grids_are_refused),     TEST(fields_are_densities_by_name_alone),
-      TEST(levels_keep_the_optical_depth), TEST(what_cannot_be_exported_is_refused)};
+  const struct CMUnitTest tests[] = {TEST(values_stand_in_the_world),
+                                     TEST(pictures_are_those_of_the_scene),
+                                     TEST(baked_clouds_are_exported_too),
+                                     TEST(a_cancelled_export_leaves_the_folder_as_it_was),
+                                     TEST(layers_have_time_samples),
+                                     TEST(fields_go_with_the_cloud),
+                                     TEST(pictures_of_fields_are_those_of_the_scene),
+                                     TEST(fire_is_exported_in_units),
+                                     TEST(layers_name_the_fields),
+                                     TEST(missing_grids_are_refused),
+                                     TEST(fields_are_densities_by_name_alone),
+                                     TEST(levels_keep_the_optical_depth),
+                                     TEST(what_cannot_be_exported_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,6 +2,7 @@
 /* Clouds of a scene as files of their own: read or baked as for a picture, put in their places, in 1/m. */
 #include <math.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "core/alloc.h"
 #include "core/given.h"
@@ -36,15 +37,31 @@ typedef struct cloud_export {
 
 /* ---- Source ---- */
 
-/* A baked cloud is baked to the target, which then is read and written over. */
-static neph_result obtain_source(cloud_export *e) {
-  neph_context *context = e->scene->context;
-  if (!e->cloud->is_baked) return np_cloud_file_get(context, e->cloud, e->frame, &e->source);
+/* Share of an export's time that a bake takes. */
+static const double bake_part = 0.7;
+
+/* Bakes a cloud to a file beside the target, of the same format. */
+static neph_result bake_source(cloud_export *e) {
   neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
   bake.file_precision = NEPH_PRECISION_FLOAT;
-  e->source.path = np_alloc_text(context, e->path);
-  return e->source.path ? np_cloud_bake_to_file(e->scene, e->index, e->frame, &bake, NP_BAKE_LEVELS_NONE, e->path)
-                        : NEPH_ERROR_OUT_OF_MEMORY;
+  bake.progress = np_monitor_relay;
+  bake.progress_user = e->monitor;
+  e->source.path = np_volume_name_beside(e->scene->context, e->path, "bake");
+  if (!e->source.path) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_part(e->monitor, np_monitor_whole, 0.0, bake_part);
+  const neph_result result =
+      np_cloud_bake_to_file(e->scene, e->index, e->frame, &bake, NP_BAKE_LEVELS_NONE, e->source.path);
+  np_monitor_set_part(e->monitor, np_monitor_whole, bake_part, 1.0);
+  return result;
+}
+
+static neph_result obtain_source(cloud_export *e) {
+  return e->cloud->is_baked ? bake_source(e) : np_cloud_file_get(e->scene->context, e->cloud, e->frame, &e->source);
+}
+
+static void release_source(cloud_export *e) {
+  if (e->cloud->is_baked && e->source.path) (void)unlink(e->source.path);
+  np_alloc_free(e->scene->context, e->source.path);
 }
 
 /* ---- Place ---- */
@@ -186,11 +203,12 @@ static neph_result run(cloud_export *e) {
     result = np_volume_load_grid(context, e->source.path, &load, np_cloud_file_get_sequence(e->cloud), &e->grid,
                                  &has_content);
     if (!result && has_content && !e->cloud->is_baked) result = read_domain(e, &load);
+    if (!result && np_wait_is_cancelled(context, e->monitor)) result = NEPH_ERROR_CANCELLED;
   }
   e->out.is_empty = !has_content;
   if (!result && has_content) result = place_and_save(e);
   np_sparse_grid_clear(&e->grid);
-  np_alloc_free(context, e->source.path);
+  release_source(e);
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "volume/volume_format.h"
 #include "volume/volume_levels.h"
 
@@ -221,9 +222,14 @@ static const np_volume_format *search_ending(const char *path) {
 
 bool np_volume_has_ending(const char *path) { return search_ending(path); }
 
-char *np_volume_name_level(neph_context *context, const char *path, unsigned level) {
+char *np_volume_name_beside(neph_context *context, const char *path, const char *mark) {
   const np_volume_format *format = search_ending(path);
   const size_t length = strlen(path) - (format ? strlen(format->ending) : 0);
-  if (level == 0) return np_alloc_text(context, path);
-  return np_alloc_printf(context, "%.*s.lod%u%s", (int)length, path, level, format ? format->ending : ".vdb");
+  return np_alloc_printf(context, "%.*s.%s%s", (int)length, path, mark, format ? format->ending : ".vdb");
+}
+
+char *np_volume_name_level(neph_context *context, const char *path, unsigned level) {
+  char mark[16];
+  np_print(mark, sizeof mark, "lod%u", level);
+  return level == 0 ? np_alloc_text(context, path) : np_volume_name_beside(context, path, mark);
 }

@@ -15,6 +15,9 @@
 /* File name of a level, to be freed; `path` itself for level 0. NULL: out of memory. */
 char *np_volume_name_level(neph_context *context, const char *path, unsigned level);
 
+/* Name of a file beside another: "cloud.MARK.vdb" for "cloud.vdb". NULL when out of memory; the caller frees it. */
+char *np_volume_name_beside(neph_context *context, const char *path, const char *mark);
+
 /* Joining the finest level to the next fits a file into a limit on memory. Each joined sample is the mean of the
  * trilinear field over one coarse voxel on either side. This preserves mass, and linear fields. */
 
