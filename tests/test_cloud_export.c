@@ -170,6 +170,8 @@ static void a_cancelled_export_leaves_the_folder_as_it_was(void **state) {
   neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
   neph_result result = NEPH_ERROR_CANCELLED;
   unsigned stop_at = 0;
+  char *beside = test_path(f->folder, "out.bake.vdb"); /* a file of the user's */
+  test_boxes_write(f->context, beside, "density", boxes, 2);
   desc.progress = stop_later;
   for (; result == NEPH_ERROR_CANCELLED; stop_at++) {
     unsigned calls = stop_at;
@@ -189,7 +191,9 @@ static void a_cancelled_export_leaves_the_folder_as_it_was(void **state) {
   }
   assert_int_equal(result, NEPH_OK);
   assert_true(stop_at > 2);
+  assert_int_equal(access(beside, F_OK), 0);
   neph_scene_destroy(scene);
+  free(beside);
   free(path);
 }
 

@@ -216,7 +216,7 @@ static np_aerial_perspective compute_aerial(const neph_sky *sky, np_vec3 directi
                                             np_spectrum *out_first) {
   air_column air;
   if (out_first) *out_first = np_spectrum_grey(0.0f);
-  if (!sample_aerial(sky, direction, distance_m, out_first, &air))
+  if (!sample_aerial(sky, direction, distance_m, out_first != NULL, &air))
     return (np_aerial_perspective){np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   const np_bands phase = compute_aerosol_phase(sky, direction);
   if (out_first) *out_first = shade(sky, phase, air.first);

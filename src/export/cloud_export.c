@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
+#include "core/file.h"
 #include "core/given.h"
 #include "core/text.h"
 #include "export/export_fields.h"
@@ -40,13 +41,27 @@ typedef struct cloud_export {
 /* Share of an export's time that a bake takes. */
 static const double bake_part = 0.7;
 
+/* A name beside the target that no file has. NULL: out of memory. */
+static char *name_source(const cloud_export *e) {
+  neph_context *context = e->scene->context;
+  char *path = NULL;
+  unsigned number = 0;
+  do {
+    char mark[48];
+    np_print(mark, sizeof mark, "bake-%ld-%u", (long)getpid(), number++);
+    np_alloc_free(context, path);
+    path = np_volume_name_beside(context, e->path, mark);
+  } while (path && np_file_exists(path));
+  return path;
+}
+
 /* Bakes a cloud to a file beside the target, of the same format. */
 static neph_result bake_source(cloud_export *e) {
   neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
   bake.file_precision = NEPH_PRECISION_FLOAT;
   bake.progress = np_monitor_relay;
   bake.progress_user = e->monitor;
-  e->source.path = np_volume_name_beside(e->scene->context, e->path, "bake");
+  e->source.path = name_source(e);
   if (!e->source.path) return NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_part(e->monitor, np_monitor_whole, 0.0, bake_part);
   const neph_result result =

@@ -93,8 +93,7 @@ static double combine(const np_plan *plan, const cloud_light *light, double tole
   const double method = np_bias_of_method(plan->request.desc.multiple_scattering, cover);
   np_log(plan->request.context, NEPH_LOG_DEBUG,
          "model of the bias: cells and water %.2g, steps %.2g, method %.2g, air, voxels and fire %.2g; cells err by "
-         "%.2g, clouds "
-         "cover %.2g",
+         "%.2g, clouds cover %.2g",
          cells, steps, method, rest, light->cell_error, cover);
   return hypot(hypot(cells, steps), hypot(method, rest));
 }
