@@ -171,6 +171,10 @@ static void test_wrong_airs(void **state) {
        "1:26: atmosphere.visibility is 289 km, must be below 288.5 km, the visual range of air without haze"},
       {"atmosphere: {visibility: 20 km, mie_scattering: 0, mie_extinction: 0}",
        "1:26: atmosphere.visibility is 20 km, and mie_extinction at 550 nm is 0 1/m: no haze to scale"},
+      {"atmosphere: {visibility: 20 km, mie_extinction: 1e-9}",
+       "1:49: atmosphere.mie_extinction is 1e-09 1/m, must not be below mie_scattering, 3.996e-06 1/m"},
+      {"animate: {atmosphere.visibility: [[1, 20 km], [40, 300 km]]}",
+       "1:34: atmosphere.visibility is 300 km in frame 40, must be below 288.5 km"},
       {"atmosphere: {layers: [{phase: {haze: 0.4}}]}",
        "1:38: atmosphere.layers[0].phase.haze is 0.4, must be a number in [0.5, 0.95]"},
       {"atmosphere: {layers: {}}", "1:22: atmosphere.layers is a mapping of 0, must be a list of mappings"},
@@ -198,9 +202,23 @@ static void test_wrong_airs(void **state) {
   ASSERT_ALL_BAD(state, bad);
 }
 
-static double get_extinction(const neph_scene *scene, int layer) {
-  const neph_atmosphere_layer *l = &scene->atmosphere.layers[layer];
-  return l->scattering_per_m[1] + l->absorption_per_m[1];
+/* Sum over the layers between molecules and ozone: haze. */
+static double get_haze_scattering(const neph_scene *scene, int band) {
+  double sum = 0.0;
+  for (unsigned i = 1; i + 1 < scene->atmosphere.layer_count; i++)
+    sum += scene->atmosphere.layers[i].scattering_per_m[band];
+  return sum;
+}
+
+static double get_haze_extinction(const neph_scene *scene, int band) {
+  double sum = get_haze_scattering(scene, band);
+  for (unsigned i = 1; i + 1 < scene->atmosphere.layer_count; i++)
+    sum += scene->atmosphere.layers[i].absorption_per_m[band];
+  return sum;
+}
+
+static double get_range(const neph_scene *scene) {
+  return 3.912 / (scene->atmosphere.layers[0].scattering_per_m[1] + get_haze_extinction(scene, 1));
 }
 
 /* Koschmieder's range: 3.912 over the extinction of air and haze at 550 nm, for each kind at its own range and at a
@@ -208,21 +226,51 @@ static double get_extinction(const neph_scene *scene, int layer) {
 static void test_haze_by_visual_range(void **state) {
   static const struct {
     const char *name;
-    double range_m;
-  } kinds[] = {{"clear", 100e3}, {"hazy", 20e3}, {"maritime", 40e3}, {"dusty", 25e3}, {"preset", 3.912 / 17.998e-6}};
+    double range_m, blue_over_red; /* extinction of the haze, blue over red */
+    unsigned layers;               /* layers of haze: hazy air has a grey one for the aureole */
+  } kinds[] = {{"clear", 100e3, 1.728, 1},
+               {"hazy", 20e3, 1.750, 2},
+               {"maritime", 40e3, 1.045, 1},
+               {"dusty", 25e3, 1.084, 1},
+               {"preset", 3.912 / 17.998e-6, 1.0, 1}};
   test_fixture *f = *state;
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
     char text[128];
     snprintf(text, sizeof text, "atmosphere: {haze: %s}", kinds[i].name);
     neph_scene *scene = load_air(f, text);
-    assert_near_relative(3.912 / (get_extinction(scene, 0) + get_extinction(scene, 1)), kinds[i].range_m, 1e-12);
-    const double before = scene->atmosphere.layers[1].scattering_per_m[2] / get_extinction(scene, 1);
+    assert_near_relative(get_range(scene), kinds[i].range_m, 1e-12);
+    assert_near_relative(get_haze_extinction(scene, 2) / get_haze_extinction(scene, 0), kinds[i].blue_over_red, 1e-3);
+    const double before = get_haze_scattering(scene, 2) / get_haze_extinction(scene, 1);
     assert_int_equal(neph_scene_set(scene, "atmosphere.visibility", "12 km"), NEPH_OK);
-    assert_near_relative(3.912 / (get_extinction(scene, 0) + get_extinction(scene, 1)), 12e3, 1e-12);
-    assert_near_relative(scene->atmosphere.layers[1].scattering_per_m[2] / get_extinction(scene, 1), before, 1e-12);
-    assert_int_equal(scene->atmosphere.layers[1].phase, NEPH_PHASE_HAZE);
+    assert_near_relative(get_range(scene), 12e3, 1e-12);
+    assert_near_relative(get_haze_scattering(scene, 2) / get_haze_extinction(scene, 1), before, 1e-12);
+    assert_int_equal(scene->atmosphere.layer_count, 2 + kinds[i].layers);
+    assert_int_equal(scene->atmosphere.layers[1].phase,
+                     kinds[i].layers == 1 ? NEPH_PHASE_HAZE : NEPH_PHASE_HENYEY_GREENSTEIN);
     neph_scene_destroy(scene);
   }
+}
+
+/* Hazy air: the narrow lobes scatter as much in each band, and both layers have the kind's mean cosine at
+ * 550 nm. A key for the asymmetry leaves one layer of one lobe. */
+static void test_aureole_of_haze_is_grey(void **state) {
+  neph_scene *scene = load_air(*state, "atmosphere: {haze: hazy}");
+  const neph_atmosphere_layer *fine = &scene->atmosphere.layers[1], *coarse = &scene->atmosphere.layers[2];
+  assert_int_equal(coarse->phase, NEPH_PHASE_TWO_LOBE);
+  const double narrow =
+      (1.0 - coarse->second_weight[1]) * coarse->asymmetry[1] + coarse->second_weight[1] * coarse->second_asymmetry[1];
+  const double sum = fine->scattering_per_m[1] + coarse->scattering_per_m[1];
+  for (int b = 0; b < 3; b++) {
+    assert_near_relative(coarse->scattering_per_m[b], 0.53 * sum, 1e-6);
+    assert_near(coarse->absorption_per_m[b], 0.0, 0.0);
+    assert_true(fine->scattering_per_m[b] > 0.0);
+  }
+  assert_near((fine->asymmetry[1] * fine->scattering_per_m[1] + narrow * coarse->scattering_per_m[1]) / sum, 0.698,
+              1e-6);
+  assert_int_equal(neph_scene_set(scene, "atmosphere.mie_asymmetry", "0.7"), NEPH_OK);
+  assert_int_equal(scene->atmosphere.layer_count, 3);
+  assert_int_equal(scene->atmosphere.layers[1].phase, NEPH_PHASE_CORNETTE_SHANKS);
+  neph_scene_destroy(scene);
 }
 
 /* Presets of ice scatter as ice unless a phase function is given; the others as droplets. */
@@ -373,8 +421,8 @@ static void test_keys_that_do_not_go_together(void **state) {
       {"sun: {time: 2026-06-21T16:00Z, elevation: 3}", "1:32: sun.elevation and sun.time exclude each other\n"},
       {"clouds: [{vdb: x, extinction: 1, optical_depth: 3}]",
        "1:34: clouds[0].optical_depth and clouds[0].extinction exclude each other\n"},
-      {"clouds: [{vdb: x, liquid_water: {r_eff: 10 um}, mean_free_path: 3 m}]",
-       "1:49: clouds[0].mean_free_path and clouds[0].liquid_water exclude each other\n"},
+      {"clouds: [{vdb: x, liquid_water: {effective_radius: 10 um}, mean_free_path: 3 m}]",
+       "1:60: clouds[0].mean_free_path and clouds[0].liquid_water exclude each other\n"},
       {"clouds: [{bake: {}, phase: {hg: 0.5, droplets: {}}}]",
        "1:38: clouds[0].phase.droplets and clouds[0].phase.hg exclude each other\n"},
       {"clouds: [{bake: {top: 3 km, thickness: 1 km}}]",
@@ -389,7 +437,7 @@ static void test_incomplete_scenes(void **state) {
   static const bad_scene bad[] = {
       {"clouds:\n  - {name: x}",
        "2:5: clouds[0] has no source, must have vdb or netcdf, a file, or bake, parameters\n"},
-      {"clouds: [{vdb: x, liquid_water: {}}]", "1:33: clouds[0].liquid_water has no r_eff"},
+      {"clouds: [{vdb: x, liquid_water: {}}]", "1:33: clouds[0].liquid_water has no effective_radius"},
       {"clouds: [{bake: {}}, {bake: {}, name: cloud0}]", "1:39: clouds[1].name is cloud0, the name of clouds[0] too\n"},
       {"clouds: [{bake: {}, name: ground}]\noutput: {aovs: [mattes]}",
        "1:27: clouds[0].name is ground, which is a channel's already: with mattes or cryptomatte in output.aovs a "
@@ -547,6 +595,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_long_lists_are_refused_soon, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_too_many_clouds_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_wrong_airs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_aureole_of_haze_is_grey, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_haze_by_visual_range, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_presets_of_ice, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_one_lobe_by_its_asymmetry, set_up, test_tear_down),

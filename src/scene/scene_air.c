@@ -5,8 +5,11 @@
 #include <string.h>
 
 #include "atmosphere/atmosphere_private.h"
-#include "atmosphere/haze.h"
+#include "atmosphere/haze_layers.h"
 #include "core/alloc.h"
+#include "core/text.h"
+#include "scene/animation.h"
+#include "scene/scene_tracks.h"
 
 /* ---- Presets ---- */
 
@@ -90,23 +93,24 @@ void np_scene_air_derive_sun(neph_scene *scene) {
   for (int b = 0; b < 3 && !sun->has_irradiance; b++) sun->irradiance_w_m2_nm[b] /= distance * distance;
 }
 
-/* Extinction of haze at 550 nm that leaves the visual range, or 0 where the air alone has a shorter one. */
-static double compute_haze(const np_scene_air *air) {
-  return fmax(np_haze_compute_extinction(air->visibility_m, air->molecules.scattering_per_m[1]), 0.0);
+/* Factor on haze of the keys' amount that leaves the visual range: 0 where the air alone has a shorter one. */
+static double compute_haze_factor(const np_scene_air *air) {
+  const double molecules = air->molecules.scattering_per_m[1], given = air->aerosol_extinction_per_m[1];
+  if (!air->has_visibility || !(given > 0.0)) return 1.0;
+  return fmax(np_haze_compute_extinction(air->visibility_m, molecules), 0.0) / given;
 }
 
-/* Scales the haze to the visual range, also where it has been scaled before; a key for its asymmetry replaces three
- * lobes by one. */
-static void derive_haze(np_scene_air *air) {
-  neph_atmosphere_layer *haze = &air->aerosol;
-  double *extinction = air->aerosol_extinction_per_m;
-  const double factor = air->has_visibility && extinction[1] > 0.0 ? compute_haze(air) / extinction[1] : 1.0;
+/* Makes the layers of haze, of which there are up to NP_HAZE_LAYERS; a key for its asymmetry replaces three lobes by
+ * one. Returns their number. */
+static unsigned make_haze(const np_scene_air *air, neph_atmosphere_layer *out) {
+  const double factor = compute_haze_factor(air);
+  neph_atmosphere_layer haze = air->aerosol;
   for (int b = 0; b < 3; b++) {
-    extinction[b] *= factor;
-    haze->scattering_per_m[b] *= factor;
-    haze->absorption_per_m[b] = fmax(extinction[b] - haze->scattering_per_m[b], 0.0);
+    haze.scattering_per_m[b] *= factor;
+    haze.absorption_per_m[b] = fmax(factor * air->aerosol_extinction_per_m[b] - haze.scattering_per_m[b], 0.0);
   }
-  if (air->has_asymmetry && haze->phase == NEPH_PHASE_HAZE) haze->phase = NEPH_PHASE_CORNETTE_SHANKS;
+  if (air->has_asymmetry && haze.phase == NEPH_PHASE_HAZE) haze.phase = NEPH_PHASE_CORNETTE_SHANKS;
+  return np_haze_split(air->haze, &haze, out);
 }
 
 /* Copies planet and air from an atmosphere object. */
@@ -117,16 +121,16 @@ static void derive_given(neph_scene *scene, neph_atmosphere *given) {
 }
 
 neph_result np_scene_air_derive(neph_scene *scene) {
-  enum { OWN = 3 };
   np_scene_air *air = &scene->air;
   const np_node *node = np_node_search(scene->document, "atmosphere");
   scene->has_atmosphere = air->preset != NP_AIR_NONE;
   if (node && node->assets.atmosphere) return derive_given(scene, node->assets.atmosphere), NEPH_OK;
-  derive_haze(air);
-  const unsigned own = air->preset == NP_AIR_EMPTY ? 0 : OWN;
+  neph_atmosphere_layer preset[2 + NP_HAZE_LAYERS] = {air->molecules};
+  unsigned own = 1 + make_haze(air, &preset[1]);
+  preset[own++] = air->ozone;
+  if (air->preset == NP_AIR_EMPTY) own = 0;
   scene->layers = np_alloc(scene->context, own + (size_t)air->layer_count, sizeof *scene->layers);
   if (!scene->layers) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_atmosphere_layer preset[OWN] = {air->molecules, air->aerosol, air->ozone};
   memcpy(scene->layers, preset, own * sizeof *preset);
   for (unsigned i = 0; i < air->layer_count; i++) scene->layers[own + i] = complete_layer(&air->layers[i]);
   scene->atmosphere.layers = scene->layers;
@@ -155,33 +159,60 @@ static neph_result check_layer(const neph_scene *scene, unsigned index, const np
                           compute_begin(layer), scene->atmosphere.top_altitude_m);
 }
 
-static neph_result check_visibility(const np_scene_air *air, const np_node *section, np_scene_problems *problems) {
+/* `when` is "" or names the frame in messages. */
+static neph_result check_visibility(const np_scene_air *air, const np_node *section, const char *when,
+                                    np_scene_problems *problems) {
   const np_node *key = np_node_search(section, "visibility"), *node = key ? key : section;
   const double molecules = air->molecules.scattering_per_m[1], range = np_haze_compute_range(molecules);
   if (!air->has_visibility) return NEPH_OK;
   if (!(air->visibility_m < range))
     return np_scene_fail_at(problems, node,
-                            "atmosphere.visibility is %g km, must be below %.4g km, the visual range of air without "
+                            "atmosphere.visibility is %g km%s, must be below %.4g km, the visual range of air without "
                             "haze (rayleigh_scattering at 550 nm is %g 1/m)",
-                            air->visibility_m * 1e-3, range * 1e-3, molecules);
+                            air->visibility_m * 1e-3, when, range * 1e-3, molecules);
   if (air->aerosol_extinction_per_m[1] > 0.0) return NEPH_OK;
   return np_scene_fail_at(problems, node,
-                          "atmosphere.visibility is %g km, and mie_extinction at 550 nm is 0 1/m: no haze to scale",
-                          air->visibility_m * 1e-3);
+                          "atmosphere.visibility is %g km%s, and mie_extinction at 550 nm is 0 1/m: no haze to scale",
+                          air->visibility_m * 1e-3, when);
+}
+
+/* Checks haze by the numbers of its keys. */
+static neph_result check_haze(const np_scene_air *air, const np_node *section, const char *when,
+                              np_scene_problems *problems) {
+  const double *scattering = air->aerosol.scattering_per_m, *extinction = air->aerosol_extinction_per_m;
+  const np_node *key = np_node_search(section, "mie_extinction");
+  for (int i = 0; i < 3; i++)
+    if (extinction[i] < scattering[i])
+      return np_scene_fail_at(problems, key ? key : section,
+                              "atmosphere.mie_extinction is %g 1/m%s, must not be below mie_scattering, %g 1/m",
+                              extinction[i], when, scattering[i]);
+  return check_visibility(air, section, when, problems);
+}
+
+/* Checks haze in the key frames of a track, between which values are monotone. */
+static neph_result check_haze_track(const neph_scene *scene, const np_track *track, const np_node *section,
+                                    np_scene_problems *problems) {
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; !result && k < track->key_count; k++) {
+    neph_scene at = *scene;
+    char when[48];
+    np_scene_write_section(&at, "atmosphere.", track->frames[k]);
+    np_print(when, sizeof when, " in frame %.10g", track->frames[k]);
+    result = check_haze(&at.air, section, when, problems);
+  }
+  return result;
 }
 
 neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems) {
-  const double *scattering = scene->air.aerosol.scattering_per_m, *extinction = scene->air.aerosol_extinction_per_m;
   const np_node *air = np_node_search(scene->document, "atmosphere");
+  const np_animation *animation = scene->animation;
   if (!air) return NEPH_OK;
-  const np_node *key = np_node_search(air, "mie_extinction");
-  for (int i = 0; i < 3; i++)
-    if (extinction[i] < scattering[i])
-      return np_scene_fail_at(problems, key ? key : air,
-                              "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
-                              extinction[i], scattering[i]);
+  neph_result result = check_haze(&scene->air, air, "", problems);
+  for (unsigned i = 0; !result && animation && i < animation->count; i++)
+    if (np_track_is_in(&animation->tracks[i], "atmosphere."))
+      result = check_haze_track(scene, &animation->tracks[i], air, problems);
+  if (result) return result;
   const np_node *list = np_node_search(air, "layers"), *node = list ? list->first : NULL;
-  neph_result result = check_visibility(&scene->air, air, problems);
   for (unsigned i = 0; node && i < scene->air.layer_count; i++, node = node->next)
     np_scene_goes_on(problems, check_layer(scene, i, node, problems), &result);
   return result;

@@ -39,3 +39,10 @@ void np_scene_write_tracks(neph_scene *scene, double frame, double step_frame) {
       write_track(scene, track, track->interpolation == NP_INTERPOLATION_STEP ? step_frame : frame);
   }
 }
+
+void np_scene_write_section(neph_scene *scene, const char *path, double frame) {
+  for (unsigned i = 0; scene->animation && i < scene->animation->count; i++) {
+    const np_track *track = &scene->animation->tracks[i];
+    if (!track->is_excluded && !track->list && np_track_is_in(track, path)) write_track(scene, track, frame);
+  }
+}

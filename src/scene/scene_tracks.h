@@ -8,4 +8,8 @@
 /* Writes the values of all tracks in a frame; step tracks use `step_frame`. */
 void np_scene_write_tracks(neph_scene *scene, double frame, double step_frame);
 
+/* Writes the values in a frame of the tracks whose keys begin with a path such as "atmosphere.", but for keys of
+ * lists' elements. */
+void np_scene_write_section(neph_scene *scene, const char *path, double frame);
+
 #endif
