@@ -29,10 +29,19 @@ static np_world get_whole(const np_world *world) {
   return whole;
 }
 
+/* Weight of sunlight, which falls to 0 with a sun that sinks from 6° to the horizon: a low sun lights few surfaces of a
+ * scene, and the sky lights the others. Else exposure would jump when the disk sets. */
+static float compute_sun_weight(const np_world *world, np_dvec3 at) {
+  static const float full_sine = 0.10453f;
+  const float sine = np_vec3_dot(np_zenith(at, world->planet_radius_m), world->to_sun);
+  return fminf(fmaxf(sine / full_sine, 0.0f), 1.0f);
+}
+
 /* Irradiance of a plane that faces the sun, past clouds and hills. */
 static np_spectrum compute_irradiance(const np_world *world, np_dvec3 at) {
   const np_spectrum sunlight = np_world_sunlight(world, at, world->to_sun);
-  return np_spectrum_add(sunlight, compute_skylight(world, at, sunlight));
+  return np_spectrum_add(np_spectrum_scale(sunlight, compute_sun_weight(world, at)),
+                         compute_skylight(world, at, sunlight));
 }
 
 /* Radiance of a white diffuser, in R, G and B. */
