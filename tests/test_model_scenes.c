@@ -94,8 +94,8 @@ static const struct {
     {"clouds[].netcdf.ice", "netcdf: {file: field.nc, ice: none}"},
     {"clouds[].netcdf.radius", "netcdf: {file: field.nc, radius: PSFC_RADIUS}"},
     {"clouds[].netcdf.number", "netcdf: {file: field.nc, number: DROPS}"},
-    {"clouds[].netcdf.r_eff", "netcdf: {file: field.nc, r_eff: 14 um}"},
-    {"clouds[].netcdf.ice_r_eff", "netcdf: {file: field.nc, ice_r_eff: 60 um}"},
+    {"clouds[].netcdf.effective_radius", "netcdf: {file: field.nc, effective_radius: 14 um}"},
+    {"clouds[].netcdf.ice_effective_radius", "netcdf: {file: field.nc, ice_effective_radius: 60 um}"},
     {"clouds[].netcdf.droplet_number", "netcdf: {file: field.nc, droplet_number: 50 1/cm3}"},
     {"clouds[].netcdf.dispersion", "netcdf: {file: field.nc, droplet_number: 50 1/cm3, dispersion: 0.67}"},
     {"clouds[].netcdf.spacing", "netcdf: {file: field.nc, spacing: 80 m}"},
@@ -154,9 +154,9 @@ static void edits_keep_the_file(void **state) {
   test_fixture *f = *state;
   test_film film = load(f, "netcdf: field.nc", "march", 1);
   assert_int_equal(neph_scene_set(film.scene, "clouds[0].netcdf.step", "2"), NEPH_OK);
-  assert_int_equal(neph_scene_set(film.scene, "clouds[0].netcdf.r_eff", "14 um"), NEPH_OK);
+  assert_int_equal(neph_scene_set(film.scene, "clouds[0].netcdf.effective_radius", "14 um"), NEPH_OK);
   neph_image *edited = render_frame(f, film, 1);
-  neph_image *written = render_once(f, "netcdf: {file: field.nc, step: 2, r_eff: 14 um}", "march", 1);
+  neph_image *written = render_once(f, "netcdf: {file: field.nc, step: 2, effective_radius: 14 um}", "march", 1);
   assert_true(are_same(edited, written));
   neph_image_destroy(edited);
   neph_image_destroy(written);

@@ -262,7 +262,7 @@ static void values_have_the_ranges_of_their_keys(void **state) {
   p.density_unit = NEPH_DENSITY_LIQUID_WATER;
   p.density_value = INFINITY;
   assert_int_equal(neph_scene_set_placement(scene, 0, &p), NEPH_ERROR_BAD_SCENE);
-  assert_one_error(&f->log, "clouds[0].liquid_water.r_eff is inf um, must be");
+  assert_one_error(&f->log, "clouds[0].liquid_water.effective_radius is inf um, must be");
   assert_int_equal(neph_scene_check(scene), NEPH_OK);
   neph_scene_destroy(scene);
 }

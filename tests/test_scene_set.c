@@ -56,7 +56,7 @@ static void test_what_is_excluded_goes(void **state) {
   fixture *f = *state;
   set(f, "clouds[0].mean_free_path", "20 m");
   assert_int_equal(f->scene->clouds[0].density_unit, NP_DENSITY_MEAN_FREE_PATH);
-  set(f, "clouds[0].liquid_water.r_eff", "10 um");
+  set(f, "clouds[0].liquid_water.effective_radius", "10 um");
   assert_int_equal(f->scene->clouds[0].density_unit, NP_DENSITY_LIQUID_WATER);
   set(f, "clouds[0].phase.droplets.diameter", "10 um");
   assert_int_equal(f->scene->clouds[0].phase_source.kind, NEPH_PHASE_DROPLETS);

@@ -180,7 +180,7 @@ static void put_density(section_writer *w, const neph_placement_desc *p) {
   static const char *const keys[] = {[NEPH_DENSITY_EXTINCTION] = "extinction",
                                      [NEPH_DENSITY_MEAN_FREE_PATH] = "mean_free_path",
                                      [NEPH_DENSITY_OPTICAL_DEPTH] = "optical_depth",
-                                     [NEPH_DENSITY_LIQUID_WATER] = "liquid_water.r_eff"};
+                                     [NEPH_DENSITY_LIQUID_WATER] = "liquid_water.effective_radius"};
   put_real(w, keys[p->density_unit], p->density_value);
 }
 

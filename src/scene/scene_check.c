@@ -79,9 +79,9 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
     return np_scene_fail_at(problems, node,
                             "clouds[%u] has no source, must have vdb or netcdf, a file, or bake, parameters", index);
   const np_node *water = np_node_search(node, "liquid_water");
-  if (water && !np_node_search(water, "r_eff"))
+  if (water && !np_node_search(water, "effective_radius"))
     return np_scene_fail_at(problems, water,
-                            "clouds[%u].liquid_water has no r_eff, the effective radius of the droplets", index);
+                            "clouds[%u].liquid_water has no effective_radius, that of the droplets", index);
   return NEPH_OK;
 }
 

@@ -25,6 +25,9 @@ const np_key *np_key_get(size_t index) {
 static const np_key_rename renames[] = {
     {"render.splitting", "render.path_guiding"},
     {"render.look_gain", "render.approximation_gain"},
+    {"clouds[].liquid_water.r_eff", "clouds[].liquid_water.effective_radius"},
+    {"clouds[].netcdf.r_eff", "clouds[].netcdf.effective_radius"},
+    {"clouds[].netcdf.ice_r_eff", "clouds[].netcdf.ice_effective_radius"},
     {"render.sun_depth", "render.sun_optical_depth"},
 };
 

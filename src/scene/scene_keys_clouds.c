@@ -62,10 +62,10 @@ static const np_key keys[] = {
     {.path = "clouds[].netcdf.number", .type = NP_KEY_TEXT, .field = CLOUD(model.number),
      .meaning = "name of the variable of the number of droplets, in a volume or a mass of air; default: as for radius; "
                 "none: not from the file"},
-    {.path = "clouds[].netcdf.r_eff", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE, .field = CLOUD(model.r_eff_m),
-     .range = WITHIN(1, 100), .meaning = "effective radius of all droplets; default: the file's, or that of their "
-                                         "number, or 10 um"},
-    {.path = "clouds[].netcdf.ice_r_eff", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+    {.path = "clouds[].netcdf.effective_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+     .field = CLOUD(model.r_eff_m), .range = WITHIN(1, 100),
+     .meaning = "effective radius of all droplets; default: the file's, or that of their number, or 10 um"},
+    {.path = "clouds[].netcdf.ice_effective_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
      .field = CLOUD(model.ice_r_eff_m), .range = WITHIN(1, 1000),
      .meaning = "effective radius of all ice, half the effective diameter 3/2 content / (density of ice * projected "
                 "area); default: the file's, or 30 um"},
@@ -175,7 +175,7 @@ static const np_key keys[] = {
      .meaning = "optical depth of the densest vertical column"},
     {.path = "clouds[].liquid_water", .type = NP_KEY_SECTION, .group = GROUP_DENSITY, .alternative = 4,
      .meaning = "values are liquid water content in g/m³"},
-    {.path = "clouds[].liquid_water.r_eff", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+    {.path = "clouds[].liquid_water.effective_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
      .field = CLOUD(density_value), .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_LIQUID_WATER,
      .range = WITHIN(0.01, 1e4), .meaning = "effective radius of the droplets"},
     {.path = "clouds[].albedo", .type = NP_KEY_REAL, .field = CLOUD(albedo), .is_grey_allowed = true,
