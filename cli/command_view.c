@@ -33,6 +33,7 @@ const cli_verb cli_verb_view = {
         "set on the page unless --allow-files is given. It ends with Ctrl-C.",
     .options = {{"--set"},
                 {"--frame"},
+                {"--frames"},
                 {"--resolution"},
                 {"--quality"},
                 {"--integrator"},

@@ -221,6 +221,8 @@ static void call_a_render_without_objects(void) {
                       FAILS(neph_renderer_create, NULL, NULL),
                       DOES(neph_renderer_destroy, NULL),
                       FAILS(neph_renderer_render, NULL, NULL, NULL, NULL),
+                      FAILS(neph_renderer_keep_samples, NULL, false),
+                      FAILS(neph_renderer_set_focus, NULL, 0.5, 0.5),
                       FAILS(neph_renderer_explain, NULL, NULL, NULL, (neph_text_format)0, NULL),
                       FAILS(neph_renderer_choose_effort, NULL, NULL, NULL, NULL),
                       DOES(neph_renderer_cancel, NULL)};

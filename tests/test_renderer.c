@@ -297,6 +297,43 @@ static void a_tile_may_cancel(void **state) {
   neph_renderer_destroy(renderer);
 }
 
+/* Keeps the first row of the first tile, and cancels. */
+static bool see_first(void *user, const neph_tile *tile) {
+  *(unsigned *)user = tile->min[1];
+  return false;
+}
+
+static unsigned get_first_row(neph_renderer *renderer, const neph_scene *scene, const neph_render_desc *desc) {
+  neph_image *image;
+  unsigned row = UINT32_MAX;
+  neph_render_desc first = *desc;
+  first.tile = see_first;
+  first.tile_user = &row;
+  first.sample_count = 400; /* a picture that takes long: few of its tiles are delivered at once */
+  assert_int_equal(neph_renderer_render(renderer, scene, &first, &image), NEPH_ERROR_CANCELLED);
+  return row;
+}
+
+static void tiles_may_come_from_a_focus_outwards(void **state) {
+  fixture *f = *state;
+  watch w = {.width = 0};
+  neph_render_desc desc = describe_watched(f, &w);
+  neph_renderer *renderer = create(f);
+  desc.crop_max[0] = desc.width = 60;
+  desc.crop_max[1] = desc.height = 60;
+  neph_image *plain = render(renderer, f->scene, &desc);
+  assert_true(get_first_row(renderer, f->scene, &desc) < 30);
+  assert_int_equal(neph_renderer_set_focus(renderer, 0.5, 1.0), NEPH_OK);
+  assert_true(get_first_row(renderer, f->scene, &desc) >= 30);
+  w = (watch){.width = 0};
+  neph_image *image = render(renderer, f->scene, &desc);
+  assert_all_seen(&w, image);
+  assert_same_bits(f->context, image, plain);
+  assert_int_equal(neph_renderer_set_focus(renderer, NAN, 0.0), NEPH_OK);
+  assert_true(get_first_row(renderer, f->scene, &desc) < 30);
+  neph_renderer_destroy(renderer);
+}
+
 /* ---- Cancelling ---- */
 
 typedef struct canceller {
@@ -383,7 +420,7 @@ static void no_cancel_around_the_start_of_a_call_is_lost(void **state) {
   late_canceller c = {.renderer = create(f)};
   neph_render_desc desc = describe(f, 1);
   pthread_t thread;
-  set(f, "terrain", "none"); /* which takes longer to raise than all that the cancels come into */
+  set(f, "terrain", "none");    /* which takes longer to raise than all that the cancels come into */
   desc.sample_count = 1u << 24; /* hours: a cancel that is lost ends by the time limit of the test alone */
   assert_int_equal(pthread_create(&thread, NULL, cancel_each, &c), 0);
   for (unsigned i = 1; i <= CANCEL_COUNT; i++) {
@@ -659,6 +696,7 @@ int main(void) {
       PLAIN(tiles_cover_each_pixel_once),
       PLAIN(passes_under_a_time_limit_cover_each_pixel_once_each),
       PLAIN(a_tile_may_cancel),
+      PLAIN(tiles_may_come_from_a_focus_outwards),
       PLAIN(another_thread_cancels_within_half_a_second),
       PLAIN(a_cancel_before_the_start_ends_the_next_picture_alone),
       PLAIN(no_cancel_around_the_start_of_a_call_is_lost),

@@ -17,13 +17,15 @@ struct cli_view_document {
   neph_scene *file_scene; /* scene of the file, at its last good reading, and of the command line */
   neph_scene *scene;      /* the same with the edits in force */
   cli_view_edits edits;
-  size_t saved;        /* edits in force at the last save */
-  struct stat on_disk; /* the file as it was read or saved last */
-  bool has_news;       /* the file has changed on disk, and there are edits */
-  bool is_unread;      /* the file's last reading failed: the scene is not the file's */
-  char *file_fault;    /* messages of the file's last reading; NULL: it was read */
-  unsigned long long generation, number;
-  cli_view_messages *messages; /* borrowed; they hold the refusal */
+  size_t saved;                                /* edits in force at the last save */
+  struct stat on_disk;                         /* the file as it was read or saved last */
+  bool has_news;                               /* the file has changed on disk, and there are edits */
+  bool is_unread;                              /* the file's last reading failed: the scene is not the file's */
+  char *file_fault;                            /* messages of the file's last reading; NULL: it was read */
+  unsigned long long number, generation, bake; /* last edit; the last that renders, and that bakes */
+  int frame;                                   /* frame that is shown */
+  char *hidden;                                /* names of the clouds that are off, a line each; NULL: none */
+  cli_view_messages *messages;                 /* borrowed; they hold the refusal */
 };
 
 /* ---- Refusals ---- */
@@ -32,6 +34,10 @@ static unsigned refuse(cli_view_document *document, unsigned status, const char 
   cli_text_clear(&document->messages->refusal);
   cli_text_add(&document->messages->refusal, "%s%s%s", key, *key ? ": " : "", reason);
   return status;
+}
+
+unsigned cli_view_document_refuse(cli_view_document *document, unsigned status, const char *reason) {
+  return refuse(document, status, "", reason);
 }
 
 const char *cli_view_document_get_refusal(const cli_view_document *document) {
@@ -55,7 +61,7 @@ static neph_result build(const neph_scene *file_scene, const cli_view_edits *edi
 /* Makes another list of edits that in force, where the scene has no fault with it: `base` with the edits `applied`.
  * Takes the list in any case. */
 static unsigned accept_edits(cli_view_document *document, const neph_scene *base, const cli_view_edits *applied,
-                             cli_view_edits edits, bool is_display_alone) {
+                             cli_view_edits edits, cli_view_cost cost) {
   neph_scene *scene = NULL;
   cli_view_messages_judge(document->messages, true);
   const neph_result result = build(base, applied, &scene);
@@ -69,7 +75,8 @@ static unsigned accept_edits(cli_view_document *document, const neph_scene *base
   neph_scene_destroy(document->scene);
   document->scene = scene;
   document->number++;
-  if (!is_display_alone) document->generation = document->number;
+  if (cost >= CLI_VIEW_COST_RENDER) document->generation = document->number;
+  if (cost >= CLI_VIEW_COST_BAKE) document->bake = document->number;
   return 200;
 }
 
@@ -88,9 +95,31 @@ static neph_result bake_in_memory(neph_scene *scene) {
   return result;
 }
 
+/* Whether a cloud is off. */
+static bool is_hidden(const cli_view_document *document, const char *name) {
+  const size_t length = strlen(name);
+  for (const char *at = document->hidden; at && *at; at = strchr(at, '\n') + 1)
+    if (!strncmp(at, name, length) && at[length] == '\n') return true;
+  return false;
+}
+
+/* Takes the clouds that are off out of a copy of the scene, the last first. */
+static neph_result remove_hidden(const cli_view_document *document, neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = neph_scene_get_cloud_count(scene); i-- > 0 && !result;) {
+    cli_text key = {0};
+    if (!is_hidden(document, neph_scene_get_cloud_name(scene, i))) continue;
+    cli_text_add(&key, "clouds[%u]", i);
+    result = key.has_failed ? NEPH_ERROR_OUT_OF_MEMORY : neph_scene_unset(scene, cli_text_get(&key));
+    cli_text_clear(&key);
+  }
+  return result;
+}
+
 /* Makes a scene ready for a renderer; one that fails is destroyed. */
-static neph_result prepare(neph_scene **scene) {
-  const neph_result result = bake_in_memory(*scene);
+static neph_result prepare(const cli_view_document *document, neph_scene **scene) {
+  neph_result result = remove_hidden(document, *scene);
+  if (!result) result = bake_in_memory(*scene);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*scene);
   *scene = NULL;
@@ -99,10 +128,12 @@ static neph_result prepare(neph_scene **scene) {
 
 neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene **out_scene) {
   const neph_result result = neph_scene_clone(document->scene, out_scene);
-  return result ? result : prepare(out_scene);
+  return result ? result : prepare(document, out_scene);
 }
 
 unsigned long long cli_view_document_get_generation(const cli_view_document *document) { return document->generation; }
+
+unsigned long long cli_view_document_get_bake(const cli_view_document *document) { return document->bake; }
 
 unsigned long long cli_view_document_get_number(const cli_view_document *document) { return document->number; }
 
@@ -119,10 +150,10 @@ static unsigned judge(cli_view_document *document, const char *key, const char *
   return 200;
 }
 
-/* Adds the sets of the lines to a list. */
-static unsigned add_sets(cli_view_document *document, cli_view_edits *edits, char *lines, bool *out_is_display_alone) {
+/* Adds the sets of the lines to a list, and returns the greatest of their costs. */
+static unsigned add_sets(cli_view_document *document, cli_view_edits *edits, char *lines, cli_view_cost *out_cost) {
   char *rest = NULL;
-  *out_is_display_alone = true;
+  *out_cost = CLI_VIEW_COST_DISPLAY;
   for (char *line = strtok_r(lines, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
     char *mark = strchr(line, '=');
     if (!mark || mark == line) return refuse(document, 400, line, "a line must be KEY=VALUE");
@@ -130,7 +161,8 @@ static unsigned add_sets(cli_view_document *document, cli_view_edits *edits, cha
     const unsigned status = judge(document, line, mark + 1);
     if (status != 200) return status;
     if (!cli_view_edits_add(edits, CLI_VIEW_SET, line, mark + 1)) return refuse(document, 500, "", "out of memory");
-    *out_is_display_alone = *out_is_display_alone && cli_view_key_is_display(document->schema, line);
+    const cli_view_cost cost = cli_view_key_get_cost(document->schema, line);
+    if (cost > *out_cost) *out_cost = cost;
   }
   return 200;
 }
@@ -138,10 +170,10 @@ static unsigned add_sets(cli_view_document *document, cli_view_edits *edits, cha
 /* Makes a scene with the line's key set, and keeps messages as a refusal. */
 static unsigned vary(cli_view_document *document, char *line, neph_scene **out_scene) {
   cli_view_edits edits = {0};
-  bool is_display_alone = false;
-  unsigned status = add_sets(document, &edits, line, &is_display_alone);
+  cli_view_cost cost;
+  unsigned status = add_sets(document, &edits, line, &cost);
   if (status == 200) cli_view_messages_judge(document->messages, true);
-  if (status == 200 && (build(document->scene, &edits, out_scene) || prepare(out_scene))) status = 422;
+  if (status == 200 && (build(document->scene, &edits, out_scene) || prepare(document, out_scene))) status = 422;
   cli_view_messages_judge(document->messages, false);
   cli_view_edits_clear(&edits);
   return status;
@@ -167,7 +199,7 @@ static unsigned begin_change(cli_view_document *document, cli_view_edits *out_ed
 
 /* Adds new edits behind those in force. They alone are applied, to the scene as it is. */
 static unsigned append(cli_view_document *document, const cli_view_edits *fresh, unsigned long long gesture,
-                       bool is_display_alone) {
+                       cli_view_cost cost) {
   cli_view_edits edits;
   const unsigned status = begin_change(document, &edits);
   if (status != 200) return status;
@@ -175,16 +207,16 @@ static unsigned append(cli_view_document *document, const cli_view_edits *fresh,
   bool is_complete = true;
   for (size_t i = 0; is_complete && i < fresh->count; i++)
     is_complete = cli_view_edits_add(&edits, fresh->list[i].kind, fresh->list[i].key, fresh->list[i].value);
-  if (is_complete) return accept_edits(document, document->scene, fresh, edits, is_display_alone);
+  if (is_complete) return accept_edits(document, document->scene, fresh, edits, cost);
   cli_view_edits_clear(&edits);
   return refuse(document, 500, "", "out of memory");
 }
 
 unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigned long long gesture) {
   cli_view_edits fresh = {0};
-  bool is_display_alone = false;
-  unsigned status = add_sets(document, &fresh, lines, &is_display_alone);
-  if (status == 200) status = append(document, &fresh, gesture, is_display_alone);
+  cli_view_cost cost;
+  unsigned status = add_sets(document, &fresh, lines, &cost);
+  if (status == 200) status = append(document, &fresh, gesture, cost);
   cli_view_edits_clear(&fresh);
   return status;
 }
@@ -193,8 +225,8 @@ unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigne
 static unsigned change(cli_view_document *document, cli_view_edit_kind kind, const char *key, const char *value) {
   cli_view_edits fresh = {0};
   unsigned status = cli_view_edits_add(&fresh, kind, key, value) ? 200 : refuse(document, 500, "", "out of memory");
-  const bool is_display_alone = kind == CLI_VIEW_UNSET && cli_view_key_is_display(document->schema, key);
-  if (status == 200) status = append(document, &fresh, 0, is_display_alone);
+  const cli_view_cost cost = kind == CLI_VIEW_UNSET ? cli_view_key_get_cost(document->schema, key) : CLI_VIEW_COST_BAKE;
+  if (status == 200) status = append(document, &fresh, 0, cost);
   cli_view_edits_clear(&fresh);
   return status;
 }
@@ -227,11 +259,117 @@ unsigned cli_view_document_add_cloud(cli_view_document *document, const char *pr
   return status;
 }
 
+/* ---- Maps, frames and files ---- */
+
+void cli_view_document_touch(cli_view_document *document) {
+  document->bake = document->generation = ++document->number;
+}
+
+unsigned cli_view_document_set_frame(cli_view_document *document, int frame) {
+  if (frame != document->frame) cli_view_document_touch(document);
+  document->frame = frame;
+  return 200;
+}
+
+/* Names of the clouds that are off, with or without one more. */
+static char *list_hidden(const cli_view_document *document, const char *name) {
+  const bool was_hidden = is_hidden(document, name);
+  cli_text text = {0};
+  for (const char *at = document->hidden; at && *at; at = strchr(at, '\n') + 1) {
+    const size_t length = strcspn(at, "\n");
+    if (strlen(name) != length || strncmp(at, name, length)) cli_text_add(&text, "%.*s\n", (int)length, at);
+  }
+  if (!was_hidden) cli_text_add(&text, "%s\n", name);
+  return text.characters;
+}
+
+unsigned cli_view_document_toggle_cloud(cli_view_document *document, unsigned cloud) {
+  if (cloud >= neph_scene_get_cloud_count(document->scene)) return refuse(document, 422, "", "there is no such cloud");
+  char *hidden = list_hidden(document, neph_scene_get_cloud_name(document->scene, cloud));
+  free(document->hidden);
+  document->hidden = hidden;
+  cli_view_document_touch(document);
+  return 200;
+}
+
+/* Indices of the clouds that are off, as a JSON list. */
+static void write_hidden(const cli_view_document *document, FILE *out) {
+  bool is_first = true;
+  fputs("\"hidden\":[", out);
+  for (unsigned i = 0; i < neph_scene_get_cloud_count(document->scene); i++) {
+    if (!is_hidden(document, neph_scene_get_cloud_name(document->scene, i))) continue;
+    fprintf(out, is_first ? "%u" : ",%u", i);
+    is_first = false;
+  }
+  fputs("],", out);
+}
+
+int cli_view_document_get_frame(const cli_view_document *document) { return document->frame; }
+
+const char *cli_view_document_get_schema(const cli_view_document *document) { return document->schema; }
+
+neph_result cli_view_document_describe(const cli_view_document *document, char **out_text) {
+  return neph_scene_describe(document->scene, NEPH_TEXT_JSON, out_text);
+}
+
+/* The text of a key's value in the scene's JSON, as it goes on; NULL: the key is not in force. */
+static const char *search_value(const char *described, unsigned cloud, const char *key) {
+  cli_text name = {0};
+  cli_text_add(&name, "\"clouds[%u].%s\": \"", cloud, key);
+  const char *found = name.has_failed ? NULL : strstr(described, cli_text_get(&name));
+  if (found) found += name.length;
+  cli_text_clear(&name);
+  return found;
+}
+
+unsigned cli_view_document_get_map(cli_view_document *document, unsigned cloud, char **out_path) {
+  char *text = NULL;
+  *out_path = NULL;
+  if (cloud >= neph_scene_get_cloud_count(document->scene) || !neph_scene_is_cloud_baked(document->scene, cloud))
+    return refuse(document, 422, "", "the cloud is not baked here: it has no map");
+  if (cli_view_document_describe(document, &text)) return refuse(document, 500, "", "out of memory");
+  const char *value = search_value(text, cloud, "bake.map.image");
+  if (value && !strncmp(value, "\\\"", 2)) *out_path = strndup(value + 2, strcspn(value + 2, "\\"));
+  neph_text_destroy(document->session->context, text);
+  return 200;
+}
+
+double cli_view_document_get_coverage(const cli_view_document *document, unsigned cloud) {
+  char *text = NULL;
+  if (cli_view_document_describe(document, &text)) return 0.0;
+  const char *value = search_value(text, cloud, "bake.coverage");
+  const double coverage = value ? strtod(value, NULL) : 0.0;
+  neph_text_destroy(document->session->context, text);
+  return coverage;
+}
+
+bool cli_view_is_same_name(const char *a, const char *b) {
+  const char *slash_a = strrchr(a, '/'), *slash_b = strrchr(b, '/');
+  return !strcmp(slash_a ? slash_a + 1 : a, slash_b ? slash_b + 1 : b);
+}
+
+/* The scene names it as beside its own file. */
+unsigned cli_view_document_set_map(cli_view_document *document, unsigned cloud, const char *path) {
+  char *now = NULL;
+  cli_text key = {0}, value = {0};
+  unsigned status = cli_view_document_get_map(document, cloud, &now);
+  const bool is_set = now && cli_view_is_same_name(now, path);
+  const char *slash = strrchr(path, '/');
+  cli_text_add(&key, "clouds[%u].bake.map", cloud);
+  cli_text_add(&value, "\"%s\"", slash ? slash + 1 : path);
+  if (status == 200 && is_set) cli_view_document_touch(document);
+  if (status == 200 && !is_set) status = change(document, CLI_VIEW_SET, cli_text_get(&key), cli_text_get(&value));
+  cli_text_clear(&key);
+  cli_text_clear(&value);
+  free(now);
+  return status;
+}
+
 static unsigned step(cli_view_document *document, bool (*move)(cli_view_edits *edits), const char *reason) {
   cli_view_edits edits;
   const unsigned status = begin_change(document, &edits);
   if (status != 200) return status;
-  if (move(&edits)) return accept_edits(document, document->file_scene, &edits, edits, false);
+  if (move(&edits)) return accept_edits(document, document->file_scene, &edits, edits, CLI_VIEW_COST_BAKE);
   cli_view_edits_clear(&edits);
   return refuse(document, 409, "", reason);
 }
@@ -281,7 +419,7 @@ unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits)
   unsigned status = read_file(document, &file_scene);
   if (status == 200 && keeps_edits) status = begin_change(document, &edits);
   if (edits.in_force >= document->saved) cli_view_edits_drop(&edits, document->saved);
-  if (status == 200) status = accept_edits(document, file_scene, &edits, edits, false);
+  if (status == 200) status = accept_edits(document, file_scene, &edits, edits, CLI_VIEW_COST_BAKE);
   note_fault(document, status != 200);
   document->is_unread = status != 200;
   if (status == 200) {
@@ -351,10 +489,13 @@ bool cli_view_document_follow(cli_view_document *document) {
 
 void cli_view_document_write_state(const cli_view_document *document, FILE *out) {
   const cli_view_edits *edits = &document->edits;
-  fprintf(out, "\"wanted\":%llu,\"edit\":%llu,\"undo\":%s,\"redo\":%s,\"edited\":%s,\"news\":%s,\"file_fault\":",
-          document->generation, document->number, edits->in_force ? "true" : "false",
-          edits->in_force < edits->count ? "true" : "false", is_edited(document) ? "true" : "false",
-          document->has_news ? "true" : "false");
+  write_hidden(document, out);
+  fprintf(
+      out,
+      "\"frame\":%d,\"wanted\":%llu,\"edit\":%llu,\"undo\":%s,\"redo\":%s,\"edited\":%s,\"news\":%s,\"file_fault\":",
+      document->frame, document->generation, document->number, edits->in_force ? "true" : "false",
+      edits->in_force < edits->count ? "true" : "false", is_edited(document) ? "true" : "false",
+      document->has_news ? "true" : "false");
   cli_put_json_text(out, document->file_fault ? document->file_fault : "");
 }
 
@@ -364,6 +505,14 @@ neph_result cli_view_document_describe_edits(const cli_view_document *document, 
 
 /* ---- Lifetime ---- */
 
+/* The first frame of the command line; frame 1 where none is given. */
+static int choose_first_frame(const cli_options *options) {
+  cli_frame_walk walk = {0};
+  int frame = 1;
+  if (options->has_frame) return options->frame;
+  return cli_next_frame(options, &walk, &frame) ? frame : 1;
+}
+
 cli_exit cli_view_document_open(cli_session *session, cli_view_messages *messages, const char *path, bool allows_files,
                                 cli_view_document **out_document) {
   cli_view_document *document = *out_document = calloc(1, sizeof *document);
@@ -372,8 +521,10 @@ cli_exit cli_view_document_open(cli_session *session, cli_view_messages *message
                                   .messages = messages,
                                   .path = path,
                                   .allows_files = allows_files,
+                                  .frame = choose_first_frame(session->options),
                                   .number = 1,
-                                  .generation = 1};
+                                  .generation = 1,
+                                  .bake = 1};
   neph_result result = neph_schema_describe(session->context, NULL, NEPH_TEXT_JSON, &document->schema);
   note_file(document);
   if (!result) result = cli_read_scene(session, path, &document->file_scene);
@@ -391,5 +542,6 @@ void cli_view_document_close(cli_view_document *document) {
   neph_scene_destroy(document->scene);
   cli_view_edits_clear(&document->edits);
   free(document->file_fault);
+  free(document->hidden);
   free(document);
 }

@@ -40,6 +40,34 @@ unsigned cli_view_document_save_copy(cli_view_document *document, cli_text *out_
 /* Chooses a name beside the scene's that no file has: "scene-2.png". */
 unsigned cli_view_document_choose_name(cli_view_document *document, const char *ending, cli_text *out_name);
 
+/* Path of the picture that is the map of a cloud's coverage, to be freed; NULL: it has none. A cloud that is not baked
+ * is refused. */
+unsigned cli_view_document_get_map(cli_view_document *document, unsigned cloud, char **out_path);
+double cli_view_document_get_coverage(const cli_view_document *document, unsigned cloud);
+
+/* Whether two paths end in the same name. */
+bool cli_view_is_same_name(const char *a, const char *b);
+
+/* Makes a picture, whose name the program has chosen, the map of a cloud, or notes that it has other pixels. */
+unsigned cli_view_document_set_map(cli_view_document *document, unsigned cloud, const char *path);
+
+/* Switches a cloud off, or on again, in the pictures alone: the scene keeps it. */
+unsigned cli_view_document_toggle_cloud(cli_view_document *document, unsigned cloud);
+
+/* Shows another frame. */
+unsigned cli_view_document_set_frame(cli_view_document *document, int frame);
+int cli_view_document_get_frame(const cli_view_document *document);
+
+/* Notes that a file that the scene reads has changed on disk. */
+void cli_view_document_touch(cli_view_document *document);
+
+/* JSON of the schema, and of the scene's values, to be freed by neph_text_destroy. */
+const char *cli_view_document_get_schema(const cli_view_document *document);
+neph_result cli_view_document_describe(const cli_view_document *document, char **out_text);
+
+/* Notes the reason of a refusal, and returns its status. */
+unsigned cli_view_document_refuse(cli_view_document *document, unsigned status, const char *reason);
+
 const char *cli_view_document_get_refusal(const cli_view_document *document);
 
 /* The scene with all edits, owned by the document. */
@@ -52,7 +80,8 @@ neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene
 unsigned cli_view_document_vary(cli_view_document *document, char *lines, unsigned max, neph_scene **out_scenes,
                                 unsigned *out_count);
 
-/* Numbers of the last edit that a render shows, and of the last edit of all. */
+/* Numbers of the last edit that clouds or ground are baked for, that a render shows, and of all. */
+unsigned long long cli_view_document_get_bake(const cli_view_document *document);
 unsigned long long cli_view_document_get_generation(const cli_view_document *document);
 unsigned long long cli_view_document_get_number(const cli_view_document *document);
 

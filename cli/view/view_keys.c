@@ -2,6 +2,7 @@
 #include "view_keys.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,8 +45,31 @@ cli_view_key_use cli_view_key_get_use(const char *schema, const char *key) {
   return is_text(type, "\"file\"") ? CLI_VIEW_KEY_FILE : CLI_VIEW_KEY_PLAIN;
 }
 
-bool cli_view_key_is_display(const char *schema, const char *key) {
-  return is_text(search_member(schema, key, "cost"), "\"display\"");
+cli_view_cost cli_view_key_get_cost(const char *schema, const char *key) {
+  const char *cost = search_member(schema, key, "cost");
+  if (is_text(cost, "\"display\"")) return CLI_VIEW_COST_DISPLAY;
+  return is_text(cost, "\"view\"") || is_text(cost, "\"light\"") ? CLI_VIEW_COST_RENDER : CLI_VIEW_COST_BAKE;
+}
+
+bool cli_view_split_text(char *line, char **out_key, char **out_text) {
+  static const char middle[] = "\": \"\\\"", end[] = "\\\"\"";
+  char *quote = strchr(line, '"'), *value = quote ? strstr(quote + 1, middle) : NULL;
+  char *last = value ? strstr(value + sizeof middle - 1, end) : NULL;
+  if (!last) return false;
+  *value = *last = '\0';
+  *out_key = quote + 1;
+  *out_text = value + sizeof middle - 1;
+  return !strchr(*out_text, '\\');
+}
+
+bool cli_view_read_numbers(const char *text, size_t count, double *out) {
+  const char *at = text;
+  char *end;
+  for (size_t i = 0; i < count; i++, at = end) {
+    out[i] = strtod(at, &end);
+    if (end == at || !isfinite(out[i])) return false;
+  }
+  return !*at;
 }
 
 bool cli_view_value_is_word(const char *value) {

@@ -4,6 +4,7 @@
 #define NEPHOS_CLI_VIEW_KEYS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 typedef enum cli_view_key_use {
   CLI_VIEW_KEY_PLAIN,  /* any value may be set */
@@ -15,10 +16,23 @@ typedef enum cli_view_key_use {
  * as a mapping. */
 cli_view_key_use cli_view_key_get_use(const char *schema, const char *key);
 
+/* Splits a line of neph_scene_describe's JSON whose value is a quoted text, in place, into key and text; false: it is
+ * another. */
+bool cli_view_split_text(char *line, char **out_key, char **out_text);
+
+/* Reads numbers, with spaces between, that fill a text; false: there are more, or fewer. */
+bool cli_view_read_numbers(const char *text, size_t count, double *out);
+
 /* Whether a value is a word alone. */
 bool cli_view_value_is_word(const char *value);
 
-/* Whether a key changes the pixels of a picture alone, not its radiance: exposure, view. */
-bool cli_view_key_is_display(const char *schema, const char *key);
+/* The work that the edit of a key causes. */
+typedef enum cli_view_cost {
+  CLI_VIEW_COST_DISPLAY, /* pixels are developed anew: exposure, view */
+  CLI_VIEW_COST_RENDER,  /* rays and light */
+  CLI_VIEW_COST_BAKE     /* clouds or ground */
+} cli_view_cost;
+
+cli_view_cost cli_view_key_get_cost(const char *schema, const char *key);
 
 #endif

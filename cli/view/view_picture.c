@@ -14,6 +14,12 @@
 enum { PIXEL_BYTES = 4 };
 static const double tile_interval_s = 0.06;
 
+/* When a picture was complete: seconds from its edit, and CPU seconds of the program. */
+typedef struct view_mark {
+  unsigned long long generation; /* 0: none */
+  double seconds, cpu_s;
+} view_mark;
+
 struct cli_view_picture {
   neph_context *context;
   pthread_mutex_t lock;
@@ -21,7 +27,9 @@ struct cli_view_picture {
   void (*wake)(void *user);
   void *wake_user;
   neph_preview_desc preview;      /* its texts are the picture's own: scenes that lend them come and go */
-  neph_image *image;              /* last complete picture; NULL before the first */
+  neph_image *image;              /* last whole picture; NULL before the first */
+  neph_image *patch;              /* complete picture of a region that lies over it; NULL: none */
+  unsigned patch_min[2];          /* its first pixel */
   char *channel;                  /* channel that is shown; NULL: the picture itself */
   cli_view_channel shown_channel; /* range of its colours; its image is NULL between developments */
   double stops;                   /* exposure of the pixels; tiles are developed by that of the picture before them */
@@ -30,6 +38,7 @@ struct cli_view_picture {
   unsigned long long number, preview_number;
   cli_view_step step;
   double shown_s, tiles_s; /* times of the last change and of the last tile on the page */
+  view_mark marks[2];      /* last pictures of the levels 0 and 1 */
   bool has_tiles;          /* tiles lie over the last complete picture */
   neph_image_error error;
   char *stage, *message;
@@ -84,6 +93,7 @@ void cli_view_picture_destroy(cli_view_picture *picture) {
   pthread_mutex_destroy(&picture->lock);
   pthread_mutex_destroy(&picture->texts_lock);
   neph_image_destroy(picture->image);
+  neph_image_destroy(picture->patch);
   free(picture->pixels);
   free(picture->channel);
   clear_preview(&picture->preview);
@@ -97,6 +107,26 @@ static void lock(cli_view_picture *picture) { pthread_mutex_lock(&picture->lock)
 static void unlock(cli_view_picture *picture) { pthread_mutex_unlock(&picture->lock); }
 
 /* ---- Pixels ---- */
+
+/* Pixels between two shares of an edge, one at least. */
+static void get_range(double begin, double end, unsigned count, unsigned *out_begin, unsigned *out_end) {
+  *out_begin = (unsigned)fmin(fmax(floor(begin * count), 0.0), count - 1.0);
+  *out_end = (unsigned)fmin(fmax(ceil(end * count), *out_begin + 1.0), count);
+}
+
+static bool has_region(const cli_view_step *step) {
+  return step->region[0] < step->region[2] && step->region[1] < step->region[3];
+}
+
+void cli_view_step_get_window(const cli_view_step *step, unsigned width, unsigned height, unsigned out_min[2],
+                              unsigned out_max[2]) {
+  out_min[0] = out_min[1] = 0;
+  out_max[0] = width;
+  out_max[1] = height;
+  if (!step || !has_region(step)) return;
+  get_range(step->region[0], step->region[2], width, &out_min[0], &out_max[0]);
+  get_range(step->region[1], step->region[3], height, &out_min[1], &out_max[1]);
+}
 
 /* Sets the size on the page; the pixels of another size are lost. */
 static neph_result resize(cli_view_picture *picture, unsigned width, unsigned height) {
@@ -146,14 +176,23 @@ static neph_result develop_channel(cli_view_picture *picture, neph_preview_desc 
   return result;
 }
 
-/* Develops the last complete picture. */
+/* Develops the region over the whole. */
+static neph_result develop_patch(cli_view_picture *picture, const neph_preview_desc *held) {
+  const size_t stride = (size_t)picture->width * PIXEL_BYTES;
+  const unsigned width = neph_image_get_width(picture->patch), height = neph_image_get_height(picture->patch);
+  uint8_t *first = picture->pixels + picture->patch_min[1] * stride + (size_t)picture->patch_min[0] * PIXEL_BYTES;
+  return neph_image_develop(picture->patch, held, 0, 0, width, height, first, stride);
+}
+
+/* Develops the last complete picture. A channel is that of the whole. */
 static neph_result develop(cli_view_picture *picture) {
   neph_result result = neph_image_compute_exposure(picture->image, &picture->preview, &picture->stops);
   if (result) return result;
   const neph_preview_desc held = get_held_preview(picture);
   picture->shown_channel = (cli_view_channel){0};
   if (picture->channel && (result = develop_channel(picture, held)) != NEPH_ERROR_NOT_FOUND) return result;
-  return develop_image(picture, picture->image, &held);
+  result = develop_image(picture, picture->image, &held);
+  return result || !picture->patch ? result : develop_patch(picture, &held);
 }
 
 static void note_change(cli_view_picture *picture, const cli_view_step *step) {
@@ -162,35 +201,61 @@ static void note_change(cli_view_picture *picture, const cli_view_step *step) {
   picture->number++;
 }
 
+static void clear_images(cli_view_picture *picture) {
+  neph_image_destroy(picture->image);
+  neph_image_destroy(picture->patch);
+  picture->image = picture->patch = NULL;
+}
+
+/* Takes an image, as the whole or as the region over it. */
+static void lay_image(cli_view_picture *picture, const cli_view_step *step, neph_image *image) {
+  const bool is_patch = step->level && has_region(step) && picture->image;
+  if (!is_patch) {
+    clear_images(picture);
+    picture->image = image;
+    return;
+  }
+  unsigned max[2];
+  cli_view_step_get_window(step, step->width, step->height, picture->patch_min, max);
+  neph_image_destroy(picture->patch);
+  picture->patch = image;
+}
+
 neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step *step, neph_image *image) {
   lock(picture);
-  neph_image_destroy(picture->image);
-  picture->image = image;
+  lay_image(picture, step, image);
   picture->has_tiles = false;
   picture->error = (neph_image_error)NEPH_IMAGE_ERROR_DEFAULT;
   neph_result result = neph_image_get_error(image, &picture->error);
   if (!result) result = resize(picture, step->width, step->height);
   if (!result) result = develop(picture);
   if (!result) note_change(picture, step);
+  if (!result && step->level < 2)
+    picture->marks[step->level] =
+        (view_mark){step->generation, picture->shown_s - step->start_s, cli_view_clock_get_cpu_s()};
   if (result) { /* without colours, say: nothing can be shown until the next picture */
-    neph_image_destroy(picture->image);
-    picture->image = NULL;
+    clear_images(picture);
   }
   unlock(picture);
   picture->wake(picture->wake_user);
   return result;
 }
 
+/* Develops a tile to its place in the picture. */
+static neph_result develop_tile(const cli_view_picture *picture, const cli_view_step *step, const neph_tile *tile) {
+  neph_preview_desc held = get_held_preview(picture);
+  unsigned min[2], max[2];
+  held.glare = 0.0; /* light of the whole picture, which is developed when it is complete */
+  cli_view_step_get_window(step, picture->width, picture->height, min, max);
+  const size_t stride = (size_t)picture->width * PIXEL_BYTES;
+  uint8_t *first = picture->pixels + (min[1] + tile->min[1]) * stride + (size_t)(min[0] + tile->min[0]) * PIXEL_BYTES;
+  return neph_image_develop(tile->image, &held, tile->min[0], tile->min[1], tile->max[0], tile->max[1], first, stride);
+}
+
 neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view_step *step, const neph_tile *tile) {
   lock(picture);
-  neph_preview_desc held = get_held_preview(picture);
-  held.glare = 0.0; /* light of the whole picture, which is developed when it is complete */
-  const size_t stride = (size_t)picture->width * PIXEL_BYTES;
-  uint8_t *first = picture->pixels + tile->min[1] * stride + (size_t)tile->min[0] * PIXEL_BYTES;
-  const bool fits = !picture->channel && tile->max[0] <= picture->width && tile->max[1] <= picture->height;
-  const neph_result result = fits ? neph_image_develop(tile->image, &held, tile->min[0], tile->min[1], tile->max[0],
-                                                       tile->max[1], first, stride)
-                                  : NEPH_OK;
+  const bool fits = !picture->channel && picture->width == step->width && picture->height == step->height;
+  const neph_result result = fits ? develop_tile(picture, step, tile) : NEPH_OK;
   const double now_s = cli_view_clock_get_s();
   const bool is_due = !result && fits && now_s - picture->tiles_s >= tile_interval_s;
   picture->has_tiles |= fits;
@@ -217,8 +282,10 @@ neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_p
 neph_result cli_view_picture_save(cli_view_picture *picture, const char *path, bool is_exr) {
   lock(picture);
   neph_result result = NEPH_ERROR_NOT_FOUND;
-  if (picture->image && is_exr) result = neph_image_save_exr(picture->image, path, NEPH_PIXEL_HALF);
-  if (picture->image && !is_exr) result = neph_image_save_png(picture->image, path, &picture->preview);
+  const neph_image *image = picture->patch ? picture->patch : picture->image;
+  const neph_preview_desc held = get_held_preview(picture);
+  if (image && is_exr) result = neph_image_save_exr(image, path, NEPH_PIXEL_HALF);
+  if (image && !is_exr) result = neph_image_save_png(image, path, picture->patch ? &held : &picture->preview);
   unlock(picture);
   return result;
 }
@@ -288,6 +355,12 @@ void cli_view_picture_write_state(cli_view_picture *picture, FILE *out) {
           picture->height);
   fprintf(out, ",\"samples\":%u,\"complete\":%s", picture->step.samples, picture->has_tiles ? "false" : "true");
   write_number(out, "seconds", picture->number ? picture->shown_s - picture->step.start_s : (double)NAN);
+  write_number(out, "waited", picture->step.waited_s);
+  fputs(",\"marks\":[", out);
+  for (size_t i = 0; i < 2; i++)
+    fprintf(out, "%s[%llu,%.6g,%.6g]", i ? "," : "", picture->marks[i].generation, picture->marks[i].seconds,
+            picture->marks[i].cpu_s);
+  fputc(']', out);
   write_number(out, "error", picture->error.error.value);
   write_number(out, "noise", picture->error.noise.value);
   write_number(out, "bias", picture->error.bias.value);
@@ -310,17 +383,30 @@ void cli_view_picture_write_pixels(cli_view_picture *picture, FILE *out) {
   unlock(picture);
 }
 
-void cli_view_picture_write_values(cli_view_picture *picture, unsigned x, unsigned y, FILE *out) {
-  lock(picture);
+/* Pixel of an image that lies behind a pixel of the page; the image of the last whole picture may be smaller. */
+static const neph_image *get_behind(const cli_view_picture *picture, unsigned x, unsigned y, size_t *out_index) {
   const neph_image *image = x < picture->width && y < picture->height ? picture->image : NULL;
+  const unsigned *min = picture->patch_min;
+  if (image && picture->patch && x >= min[0] && y >= min[1] && x - min[0] < neph_image_get_width(picture->patch) &&
+      y - min[1] < neph_image_get_height(picture->patch)) {
+    *out_index = (size_t)(y - min[1]) * neph_image_get_width(picture->patch) + (x - min[0]);
+    return picture->patch;
+  }
   const size_t width = image ? neph_image_get_width(image) : 0, height = image ? neph_image_get_height(image) : 0;
+  if (image) *out_index = y * height / picture->height * width + x * width / picture->width;
+  return image;
+}
+
+void cli_view_picture_write_values(cli_view_picture *picture, unsigned x, unsigned y, FILE *out) {
+  size_t index = 0;
+  lock(picture);
+  const neph_image *image = get_behind(picture, x, y, &index);
   fputc('{', out);
   for (unsigned i = 0; image && i < neph_image_get_channel_count(image); i++) {
     const char *name = neph_image_get_channel_name(image, i);
-    const size_t column = x * width / picture->width, row = y * height / picture->height;
     if (i) fputc(',', out);
     cli_put_json_text(out, name);
-    const double value = (double)neph_image_get_values(image, name)[row * width + column];
+    const double value = (double)neph_image_get_values(image, name)[index];
     fprintf(out, isfinite(value) ? ":%.6g" : ":null", value);
   }
   fputc('}', out);

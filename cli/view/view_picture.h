@@ -21,9 +21,16 @@ typedef struct cli_view_step {
   unsigned width, height;        /* size on the page; pictures of level 0 are smaller, and enlarged */
   unsigned samples;              /* samples a pixel */
   double start_s;                /* time of the edit, by cli_view_clock_get_s */
+  double waited_s;               /* seconds from the edit to the first step, while the picture before it ended */
+  double region[4]; /* left, top, right, bottom of the part that is rendered, as shares; empty: the whole. Pictures of
+                       level 0 are whole */
 } cli_view_step;
 
-/* Shows a complete picture, which passes to `picture`. */
+/* Pixels of a step's region in a picture of a size; `step` NULL: all. */
+void cli_view_step_get_window(const cli_view_step *step, unsigned width, unsigned height, unsigned out_min[2],
+                              unsigned out_max[2]);
+
+/* Shows a complete picture, or that of a region over the last whole one; it passes to `picture`. */
 neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step *step, neph_image *image);
 
 /* Shows a finished tile over the picture before it; it is on the page after the next flush, at most every 60 ms. */

@@ -9,7 +9,6 @@
 #include "print.h"
 #include "view_browser.h"
 #include "view_routes.h"
-#include "view_watch.h"
 
 /* Longest time until an interrupt is noticed, seconds. */
 static const double patience_s = 0.2;
@@ -42,17 +41,22 @@ static cli_exit announce(const cli_view *view, const cli_view_settings *settings
   return exit;
 }
 
-/* Serves the page, and follows the scene's file, until an interrupt. */
+/* Follows the scene's file, and the files that it reads. */
+static void follow(cli_view *view) {
+  const cli_view_changes changes = cli_view_watch_take(view->watch);
+  if (changes.is_file) cli_view_document_touch(view->document);
+  const bool is_read = changes.is_scene && cli_view_document_follow(view->document);
+  if (is_read || changes.is_file) cli_view_refresh(view);
+  if (changes.is_scene || changes.is_file) cli_http_server_wake(view->server);
+}
+
+/* Serves the page until an interrupt. */
 static void serve(cli_view *view, const cli_view_settings *settings) {
-  const int watch = cli_view_watch_open(settings->path);
+  view->watch = cli_view_watch_create(settings->path);
   cli_view_refresh(view);
-  while (!cli_is_interrupted()) {
-    if (!cli_http_server_serve(view->server, patience_s, watch)) continue;
-    if (!cli_view_watch_take(watch, settings->path)) continue;
-    if (cli_view_document_follow(view->document)) cli_view_refresh(view);
-    cli_http_server_wake(view->server);
-  }
-  if (watch >= 0) close(watch);
+  while (!cli_is_interrupted())
+    if (cli_http_server_serve(view->server, patience_s, cli_view_watch_get(view->watch))) follow(view);
+  cli_view_watch_destroy(view->watch);
 }
 
 static cli_exit start(cli_view *view, const cli_view_settings *settings) {
@@ -65,6 +69,7 @@ static cli_exit start(cli_view *view, const cli_view_settings *settings) {
   cli_exit exit =
       cli_view_document_open(view->session, &view->messages, settings->path, settings->allows_files, &view->document);
   if (!exit) exit = cli_http_server_create(settings->address, settings->port, &program, &view->server);
+  view->paint = (cli_view_paint){.document = view->document, .context = view->session->context};
   return exit ? exit : cli_view_worker_create(view->session, view->picture, view->variants, &view->worker);
 }
 
@@ -78,6 +83,7 @@ cli_exit cli_view_run(cli_session *session, const cli_view_settings *settings) {
   cli_view_worker_destroy(view.worker);
   cli_view_browser_close(&browser);
   cli_http_server_destroy(view.server);
+  cli_view_paint_clear(&view.paint);
   cli_view_document_close(view.document);
   cli_view_messages_end(&view.messages);
   cli_view_picture_destroy(view.picture);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "print.h"
+#include "view_keys.h"
 #include "view_pages.h"
 
 static const char json_type[] = "application/json";
@@ -75,7 +76,7 @@ static void answer_schema(cli_view *view, const cli_http_request *request, bool 
 static void answer_values(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
   char *text = NULL;
   (void)request, (void)is_due;
-  const neph_result result = neph_scene_describe(cli_view_document_get_scene(view->document), NEPH_TEXT_JSON, &text);
+  const neph_result result = cli_view_document_describe(view->document, &text);
   reply_text(view, result, text, out);
 }
 
@@ -104,14 +105,25 @@ static void answer_pixel(cli_view *view, const cli_http_request *request, bool i
 
 /* ---- Editing ---- */
 
+/* Watches the files that the scene reads now. */
+static void watch_files(cli_view *view) {
+  char *text = NULL;
+  if (cli_view_document_describe(view->document, &text)) return;
+  cli_view_watch_set_files(view->watch, cli_view_document_get_schema(view->document), text,
+                           cli_view_document_get_frame(view->document));
+  neph_text_destroy(view->session->context, text);
+}
+
 void cli_view_refresh(cli_view *view) {
   neph_output output = NEPH_OUTPUT_DEFAULT;
-  neph_scene *scene = NULL;
-  const unsigned long long generation = cli_view_document_get_generation(view->document);
+  cli_view_order order = {.generation = cli_view_document_get_generation(view->document),
+                          .bake = cli_view_document_get_bake(view->document),
+                          .frame = cli_view_document_get_frame(view->document)};
   neph_result result = neph_scene_get_output(cli_view_document_get_scene(view->document), &output);
   if (!result) result = cli_view_picture_set_preview(view->picture, &output.preview_desc);
-  if (result || generation != cli_view_document_get_number(view->document)) return;
-  if (!cli_view_document_copy_scene(view->document, &scene)) cli_view_worker_submit(view->worker, scene, generation);
+  if (result || order.generation != cli_view_document_get_number(view->document)) return;
+  if (order.bake == order.generation) watch_files(view);
+  if (!cli_view_document_copy_scene(view->document, &order.scene)) cli_view_worker_submit(view->worker, &order);
 }
 
 /* Replies to an edit with the state of the document, and the reason of a refusal. */
@@ -169,6 +181,12 @@ static void answer_add_cloud(cli_view *view, const cli_http_request *request, bo
   reply_edit(view, cli_view_document_add_cloud(view->document, request->body), out);
 }
 
+static void answer_toggle_cloud(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  const unsigned long long cloud = cli_http_request_get_number(request, "cloud", UINT32_MAX);
+  reply_edit(view, cli_view_document_toggle_cloud(view->document, (unsigned)cloud), out);
+}
+
 /* Begins a set of variants: the body has a line for each. */
 static void answer_vary(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
   neph_scene *scenes[CLI_VIEW_VARIANTS_MAX];
@@ -199,6 +217,86 @@ static void answer_reload(cli_view *view, const cli_http_request *request, bool 
   (void)is_due;
   const bool keeps_edits = cli_http_request_get_number(request, "keep", 0);
   reply_edit(view, cli_view_document_reload(view->document, keeps_edits), out);
+}
+
+/* ---- Frames, regions, maps ---- */
+
+/* The frames of the command line, in their order. */
+static void answer_frames(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  cli_frame_walk walk = {0};
+  view_body body;
+  int frame;
+  (void)request, (void)is_due;
+  if (begin_body(&body)) {
+    fputc('[', body.out);
+    const cli_options *options = view->session->options;
+    if (options->has_frame) fprintf(body.out, "%d", options->frame);
+    for (bool is_first = true; !options->has_frame && cli_next_frame(options, &walk, &frame); is_first = false)
+      fprintf(body.out, is_first ? "%d" : ",%d", frame);
+    fputc(']', body.out);
+  }
+  end_body(&body, 200, json_type, out);
+}
+
+static void answer_frame(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  char *end;
+  const long frame = strtol(request->body, &end, 10);
+  (void)is_due;
+  const bool is_number = end != request->body && !*end && frame >= -1000000000 && frame <= 1000000000;
+  const unsigned status = is_number ? cli_view_document_set_frame(view->document, (int)frame)
+                                    : cli_view_document_refuse(view->document, 400, "a frame must be a whole number");
+  reply_edit(view, status, out);
+}
+
+/* Reads shares from 0 to 1, which fill the body; false: they do not. */
+static bool read_shares(const char *body, size_t count, double *out) {
+  if (!cli_view_read_numbers(body, count, out)) return false;
+  for (size_t i = 0; i < count; i++)
+    if (!(out[i] >= 0.0 && out[i] <= 1.0)) return false;
+  return true;
+}
+
+/* Takes "LEFT TOP RIGHT BOTTOM", shares of the picture; an empty body: the whole. */
+static void answer_region(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  double region[4] = {0.0};
+  (void)is_due;
+  const bool is_good = !*request->body || read_shares(request->body, 4, region);
+  if (is_good) cli_view_worker_set_region(view->worker, region);
+  *out =
+      is_good ? cli_http_reply_text(200, "") : cli_http_reply_text(400, "a region must be four shares from 0 to 1\n");
+}
+
+/* Takes "X Y", the place of the pointer as shares of the picture. */
+static void answer_focus(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  double focus[2];
+  (void)is_due;
+  const bool is_good = read_shares(request->body, 2, focus);
+  if (is_good) cli_view_worker_set_focus(view->worker, focus[0], focus[1]);
+  *out = is_good ? cli_http_reply_text(200, "") : cli_http_reply_text(400, "a focus must be two shares from 0 to 1\n");
+}
+
+static unsigned get_cloud(const cli_http_request *request) {
+  return (unsigned)cli_http_request_get_number(request, "cloud", UINT32_MAX);
+}
+
+static void answer_map(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  view_body body;
+  unsigned status = 500;
+  (void)is_due;
+  if (begin_body(&body)) status = cli_view_paint_write_pixels(&view->paint, get_cloud(request), body.out);
+  if (status != 200 && body.out) fputs(cli_view_document_get_refusal(view->document), body.out);
+  end_body(&body, status, status == 200 ? "application/octet-stream" : "text/plain; charset=utf-8", out);
+}
+
+static void answer_paint(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  const unsigned long long stroke = cli_http_request_get_number(request, "gesture", 0);
+  reply_edit(view, cli_view_paint_dabs(&view->paint, get_cloud(request), request->body, stroke), out);
+}
+
+static void answer_unpaint(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  reply_edit(view, cli_view_paint_swap(&view->paint, get_cloud(request)), out);
 }
 
 /* ---- Saving ---- */
@@ -235,15 +333,32 @@ static const struct {
   const char *method, *path;
   void (*answer)(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out_reply);
 } routes[] = {
-    {"GET", "/api/picture", answer_picture},      {"GET", "/api/schema", answer_schema},
-    {"GET", "/api/values", answer_values},        {"GET", "/api/edits", answer_edits},
-    {"GET", "/api/pixel", answer_pixel},          {"GET", "/api/channels", answer_channels},
-    {"GET", "/api/variants", answer_variants},    {"POST", "/api/set", answer_set},
-    {"POST", "/api/unset", answer_unset},         {"POST", "/api/add_cloud", answer_add_cloud},
-    {"POST", "/api/undo", answer_undo},           {"POST", "/api/redo", answer_redo},
-    {"POST", "/api/reload", answer_reload},       {"POST", "/api/show", answer_show},
-    {"POST", "/api/vary", answer_vary},           {"POST", "/api/save", answer_save},
-    {"POST", "/api/save_copy", answer_save_copy}, {"POST", "/api/save_picture", answer_save_picture},
+    {"GET", "/api/picture", answer_picture},
+    {"GET", "/api/schema", answer_schema},
+    {"GET", "/api/values", answer_values},
+    {"GET", "/api/edits", answer_edits},
+    {"GET", "/api/pixel", answer_pixel},
+    {"GET", "/api/channels", answer_channels},
+    {"GET", "/api/variants", answer_variants},
+    {"POST", "/api/set", answer_set},
+    {"POST", "/api/unset", answer_unset},
+    {"POST", "/api/add_cloud", answer_add_cloud},
+    {"POST", "/api/undo", answer_undo},
+    {"POST", "/api/redo", answer_redo},
+    {"POST", "/api/reload", answer_reload},
+    {"POST", "/api/show", answer_show},
+    {"POST", "/api/vary", answer_vary},
+    {"POST", "/api/save", answer_save},
+    {"GET", "/api/frames", answer_frames},
+    {"POST", "/api/frame", answer_frame},
+    {"POST", "/api/region", answer_region},
+    {"POST", "/api/focus", answer_focus},
+    {"GET", "/api/map", answer_map},
+    {"POST", "/api/paint", answer_paint},
+    {"POST", "/api/unpaint", answer_unpaint},
+    {"POST", "/api/toggle_cloud", answer_toggle_cloud},
+    {"POST", "/api/save_copy", answer_save_copy},
+    {"POST", "/api/save_picture", answer_save_picture},
 };
 
 void cli_view_answer(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {

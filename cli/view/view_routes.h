@@ -6,6 +6,8 @@
 #include "http_server.h"
 #include "view_document.h"
 #include "view_guard.h"
+#include "view_paint.h"
+#include "view_watch.h"
 #include "view_worker.h"
 
 /* The parts of a view, with which requests are answered. */
@@ -16,6 +18,8 @@ typedef struct cli_view {
   cli_view_picture *picture;
   cli_view_variants *variants;
   cli_view_worker *worker;
+  cli_view_paint paint;
+  cli_view_watch *watch; /* NULL: nothing is followed */
   cli_http_server *server;
   char token[CLI_VIEW_TOKEN_SIZE];
 } cli_view;

@@ -4,12 +4,14 @@
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "print.h"
 #include "view_clock.h"
 
-/* Coarse pictures have a 16th of the pixels, at one sample. Their detail is that of full pictures, so that both share
- * clouds, ground and light. */
+/* Coarse pictures have a 16th of the pixels, at one sample. While clouds and ground are those of the last full picture,
+ * they share these with it, and light that is near their own; else they have a renderer of their own, which bakes
+ * clouds as coarse as few pixels need. */
 enum { COARSE_DIVISOR = 4, SAMPLES_MAX = 1024 };
 
 /* Noise that the eye does not see, a step of 8 bits in a mid grey. */
@@ -20,55 +22,105 @@ static const double patience_s = 0.7;
 
 struct cli_view_worker {
   pthread_t thread;
-  pthread_mutex_t lock; /* held for next_scene, next_generation, next_start_s, is_ending */
+  pthread_mutex_t lock; /* held for next…, region, has_region_news, is_ending */
   pthread_cond_t changed;
-  neph_scene *next_scene; /* NULL: none waits */
-  unsigned long long next_generation;
+  cli_view_order next; /* without a scene: none waits */
   double next_start_s;
+  double region[4]; /* left, top, right, bottom, as shares of the picture; empty: all of it */
+  double focus[2];  /* place whose tiles are rendered first, as shares */
+  bool has_region_news;
   bool is_ending;
 
   /* The thread's own. */
   cli_session *session;
   cli_view_picture *picture;
   cli_view_variants *variants;
-  neph_renderer *renderer;
-  neph_renderer *spare; /* renderer of variants, which would drop what the other keeps; NULL: none waits */
+  neph_renderer *renderer;        /* renders full pictures, and coarse ones of the same clouds and ground */
+  neph_renderer *coarse_renderer; /* renders coarse pictures of other clouds or ground; NULL: none yet */
+  neph_renderer *spare;           /* renderer of variants, which would drop what the other keeps; NULL: none waits */
   neph_scene *scene;
-  cli_view_step step; /* next step to render, or the current one */
-  double begin_s;     /* time at which the step began */
-  bool has_skipped;   /* few pixels were given up for the next edit, and none has been shown since */
-  bool is_settled;    /* more samples would not lower the error */
+  cli_view_step step;      /* next step to render, or the current one */
+  unsigned long long bake; /* number of the edit whose clouds and ground the step shows */
+  unsigned long long full; /* number of the last edit that has a full picture */
+  int frame;
+  double begin_s;   /* time at which the step began */
+  bool has_skipped; /* few pixels were given up for the next edit, and none has been shown since */
+  bool is_settled;  /* more samples would not lower the error */
 };
 
 /* ---- Hand-over ---- */
 
-void cli_view_worker_submit(cli_view_worker *worker, neph_scene *scene, unsigned long long generation) {
+void cli_view_worker_submit(cli_view_worker *worker, const cli_view_order *order) {
   pthread_mutex_lock(&worker->lock);
-  neph_scene *replaced = worker->next_scene;
-  worker->next_scene = scene;
-  worker->next_generation = generation;
+  neph_scene *replaced = worker->next.scene;
+  worker->next = *order;
   worker->next_start_s = cli_view_clock_get_s();
   pthread_cond_signal(&worker->changed);
   pthread_mutex_unlock(&worker->lock);
   neph_scene_destroy(replaced);
 }
 
+void cli_view_worker_set_region(cli_view_worker *worker, const double region[4]) {
+  pthread_mutex_lock(&worker->lock);
+  memcpy(worker->region, region, sizeof worker->region);
+  worker->has_region_news = true;
+  pthread_cond_signal(&worker->changed);
+  pthread_mutex_unlock(&worker->lock);
+}
+
+void cli_view_worker_set_focus(cli_view_worker *worker, double x, double y) {
+  pthread_mutex_lock(&worker->lock);
+  worker->focus[0] = x;
+  worker->focus[1] = y;
+  pthread_mutex_unlock(&worker->lock);
+}
+
+static neph_result aim(cli_view_worker *worker) {
+  pthread_mutex_lock(&worker->lock);
+  double x = worker->focus[0], y = worker->focus[1];
+  pthread_mutex_unlock(&worker->lock);
+  const double *region = worker->step.region; /* the focus of a region is a share of it */
+  if (region[0] < region[2]) x = (x - region[0]) / (region[2] - region[0]);
+  if (region[1] < region[3]) y = (y - region[1]) / (region[3] - region[1]);
+  return neph_renderer_set_focus(worker->renderer, x, y);
+}
+
+/* Begins the order that waits: the caller has locked. Returns the scene that it replaces. */
+static neph_scene *begin_order(cli_view_worker *worker) {
+  neph_scene *before = worker->scene;
+  const cli_view_order *next = &worker->next;
+  worker->scene = next->scene;
+  worker->bake = next->bake;
+  worker->frame = next->frame;
+  worker->step = (cli_view_step){.generation = next->generation, .start_s = worker->next_start_s};
+  worker->next.scene = NULL;
+  worker->is_settled = false;
+  return before;
+}
+
+/* Takes all pixels of another region: those of the step of few pixels stay around it. */
+static void begin_region(cli_view_worker *worker) {
+  worker->has_region_news = false;
+  if (!worker->scene || !worker->step.level) return;
+  worker->step.level = 1;
+  worker->step.start_s = cli_view_clock_get_s();
+  worker->is_settled = false;
+}
+
 /* Waits for a step to render; false: the end has come. */
 static bool await_step(cli_view_worker *worker) {
+  neph_scene *before = NULL;
   pthread_mutex_lock(&worker->lock);
-  while (!worker->is_ending && !worker->next_scene && worker->is_settled &&
+  while (!worker->is_ending && !worker->next.scene && !worker->has_region_news && worker->is_settled &&
          !cli_view_variants_is_waiting(worker->variants))
     pthread_cond_wait(&worker->changed, &worker->lock);
-  neph_scene *next = worker->next_scene;
-  if (next) worker->step = (cli_view_step){.generation = worker->next_generation, .start_s = worker->next_start_s};
-  worker->next_scene = NULL;
-  const bool goes_on = !worker->is_ending;
+  const bool has_order = worker->next.scene, goes_on = !worker->is_ending;
+  if (has_order) before = begin_order(worker);
+  if (worker->has_region_news) begin_region(worker);
+  memcpy(worker->step.region, worker->region, sizeof worker->region);
   pthread_mutex_unlock(&worker->lock);
-  if (!next) return goes_on;
-  cli_view_picture_set_message(worker->picture, NULL);
-  neph_scene_destroy(worker->scene);
-  worker->scene = next;
-  worker->is_settled = false;
+  if (has_order) cli_view_picture_set_message(worker->picture, NULL);
+  neph_scene_destroy(before);
   return goes_on;
 }
 
@@ -82,7 +134,8 @@ static bool may_skip(const cli_view_worker *worker) {
 /* Whether the current step is still useful. */
 static bool is_current(cli_view_worker *worker) {
   pthread_mutex_lock(&worker->lock);
-  const bool is_replaced = worker->next_scene && may_skip(worker);
+  const bool has_news = worker->next.scene || (worker->has_region_news && worker->step.level);
+  const bool is_replaced = has_news && may_skip(worker);
   const bool is_current = !worker->is_ending && !is_replaced;
   pthread_mutex_unlock(&worker->lock);
   return is_current;
@@ -103,6 +156,20 @@ static bool show_tile(void *user, const neph_tile *tile) {
   return is_current(worker);
 }
 
+/* Whether the step is a coarse picture with a renderer of its own. */
+static bool has_own_renderer(const cli_view_worker *worker) {
+  return !worker->step.level && worker->full < worker->bake;
+}
+
+static neph_result choose_renderer(cli_view_worker *worker, neph_renderer **out_renderer) {
+  *out_renderer = worker->renderer;
+  if (!has_own_renderer(worker)) return NEPH_OK;
+  neph_result result = NEPH_OK;
+  if (!worker->coarse_renderer) result = neph_renderer_create(worker->session->context, &worker->coarse_renderer);
+  *out_renderer = worker->coarse_renderer;
+  return result;
+}
+
 /* Settings of the next step. Its target error and its time limit count from the third step on: the first two show the
  * scene at once. */
 static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out) {
@@ -114,15 +181,13 @@ static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out)
   step->width = options->has_resolution ? options->resolution[0] : out->width;
   step->height = options->has_resolution ? options->resolution[1] : out->height;
   step->samples = !step->level ? 1 : step->level == 1 ? out->sample_count : step->samples;
-  if (options->has_frame) out->frame = options->frame;
+  out->frame = worker->frame;
   out->sample_count = step->samples;
   out->target_error = out->time_limit_s = NEPH_UNLIMITED;
   out->width = (step->width + divisor - 1) / divisor;
   out->height = (step->height + divisor - 1) / divisor;
-  out->crop_min[0] = out->crop_min[1] = 0;
-  out->crop_max[0] = out->width;
-  out->crop_max[1] = out->height;
-  out->detail_height = step->height;
+  cli_view_step_get_window(step->level ? step : NULL, out->width, out->height, out->crop_min, out->crop_max);
+  out->detail_height = has_own_renderer(worker) ? (out->height + 1) / 2 : step->height;
   out->progress = report;
   out->tile = show_tile;
   out->progress_user = out->tile_user = worker;
@@ -151,8 +216,13 @@ static void render_step(cli_view_worker *worker) {
   neph_result result = neph_scene_get_render_desc(worker->scene, &given);
   if (!result) result = describe_step(worker, &desc);
   worker->begin_s = cli_view_clock_get_s();
-  if (!result) result = neph_renderer_render(worker->renderer, worker->scene, &desc, &image);
+  if (!worker->step.level) worker->step.waited_s = worker->begin_s - worker->step.start_s;
+  neph_renderer *renderer;
+  if (!result) result = aim(worker);
+  if (!result) result = choose_renderer(worker, &renderer);
+  if (!result) result = neph_renderer_render(renderer, worker->scene, &desc, &image);
   const cli_view_step shown = worker->step;
+  if (!result && shown.level) worker->full = shown.generation;
   worker->has_skipped = result == NEPH_ERROR_CANCELLED && !shown.level;
   if (!result) choose_next_step(worker, image, given.target_error);
   if (!result) result = cli_view_picture_show(worker->picture, &shown, image);
@@ -174,7 +244,7 @@ static bool report_variant(void *user, const neph_progress *progress) {
   cli_view_worker *worker = user;
   (void)progress;
   pthread_mutex_lock(&worker->lock);
-  const bool goes_on = !worker->is_ending && !worker->next_scene;
+  const bool goes_on = !worker->is_ending && !worker->next.scene;
   pthread_mutex_unlock(&worker->lock);
   return goes_on;
 }
@@ -211,7 +281,9 @@ cli_exit cli_view_worker_create(cli_session *session, cli_view_picture *picture,
   worker->picture = picture;
   worker->variants = variants;
   worker->is_settled = true;
-  const neph_result result = neph_renderer_create(session->context, &worker->renderer);
+  worker->focus[0] = worker->focus[1] = 0.5;
+  neph_result result = neph_renderer_create(session->context, &worker->renderer);
+  if (!result) result = neph_renderer_keep_samples(worker->renderer, true);
   if (!result && !pthread_create(&worker->thread, NULL, work, worker)) return CLI_DONE;
   if (!result) cli_complain("a thread cannot be started");
   worker->is_ending = true;
@@ -229,9 +301,10 @@ void cli_view_worker_destroy(cli_view_worker *worker) {
   pthread_mutex_unlock(&worker->lock);
   pthread_join(worker->thread, NULL);
   neph_renderer_destroy(worker->renderer);
+  neph_renderer_destroy(worker->coarse_renderer);
   neph_renderer_destroy(worker->spare);
   neph_scene_destroy(worker->scene);
-  neph_scene_destroy(worker->next_scene);
+  neph_scene_destroy(worker->next.scene);
   pthread_mutex_destroy(&worker->lock);
   pthread_cond_destroy(&worker->changed);
   free(worker);

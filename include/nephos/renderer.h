@@ -34,6 +34,24 @@ NEPH_API void neph_renderer_destroy(neph_renderer *renderer);
 NEPH_API neph_result neph_renderer_render(neph_renderer *renderer, const neph_scene *scene,
                                           const neph_render_desc *desc, neph_image **out_image) NEPH_NODISCARD;
 
+/** Keeps the samples of each picture. The same picture with more samples a pixel, rendered next, then takes the further
+ * ones alone, and has the bits of a picture rendered so from the start: none of its stages before the integrator runs
+ * again, and its error is stated anew. A call that is cancelled keeps the pixels that it has finished. Pictures with a
+ * target error, a time limit, deep pixels, parts, or pixels of the frame before are not kept.
+ *
+ * @param is_kept  true: at 8 bytes for each of some thirty numbers a pixel; false (default): those kept are freed.
+ */
+NEPH_API neph_result neph_renderer_keep_samples(neph_renderer *renderer, bool is_kept) NEPH_NODISCARD;
+
+/** Chooses the place of the pictures whose tiles are rendered first, for a neph_tile_fn: the others follow outwards.
+ * The bits of a picture do not depend on it.
+ *
+ * @param x  share of the width from the left, of the crop where there is one; not finite: tiles come from the top
+ *           (default).
+ * @param y  share of the height from the top.
+ */
+NEPH_API neph_result neph_renderer_set_focus(neph_renderer *renderer, double x, double y) NEPH_NODISCARD;
+
 /** The plan of a picture as neph_render_explain has it. An imported sequence without a reference_frame goes by the
  * first frame that this renderer explained or rendered and that holds anything; a warning is logged once a renderer.
  *

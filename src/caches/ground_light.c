@@ -192,6 +192,7 @@ static void place(const np_cloud_gather *g, np_ground_light *c) {
   }
   const double wanted = fmax((low.z - ground) / 3.0, reach / 24.0);
   c->spacing_m = fmax(wanted, fmax(width[0], width[1]) / (POINTS_MAX - 1));
+  if (g->is_coarse) c->spacing_m *= 2.0;
   for (int a = 0; a < 2; a++) {
     c->size[a] = (int32_t)ceil(width[a] / c->spacing_m) + 1;
     c->origin_m[a] = c->period_m[a] > 0.0 ? low_m[a] : middle[a] - 0.5 * (c->size[a] - 1) * c->spacing_m;

@@ -12,6 +12,9 @@
 /* Tolerance as a share of all light on the clouds, and in radians for the sun, whose disk is five times as wide. */
 static const double tolerance = 1e-3;
 
+/* Tolerance of a coarse picture: draft states an error of about that, and all pixels follow in a second. */
+static const double coarse_tolerance = 0.1;
+
 static const char clouds_changed[] = "the clouds changed";
 
 static void describe_turn(np_vec3 cached, np_vec3 wanted, char *out, size_t size) {
@@ -71,17 +74,23 @@ static void add_emitter(np_hash *hash, const np_emitter *g) {
   NP_HASH_ADD(hash, g->world_to_temperature);
 }
 
-static neph_result compute_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                       char out[33]) {
+static neph_result hash_matter(neph_context *context, const np_world *world, char out[33]) {
   np_hash *hash = np_hash_create(context);
-  neph_result result = np_scattering_desc_add_to_hash(context, world, desc, hash);
   for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
   add_places(hash, &world->clouds);
   if (world->emission) {
     NP_HASH_ADD(hash, world->emission->black_body);
     for (unsigned i = 0; i < world->emission->emitter_count; i++) add_emitter(hash, &world->emission->emitters[i]);
   }
-  const neph_result finished = np_hash_finish(hash, out);
+  return np_hash_finish(hash, out);
+}
+
+static neph_result compute_fingerprint(neph_context *context, const np_world *world, np_light_key *key) {
+  neph_result result = hash_matter(context, world, key->matter);
+  np_hash *hash = np_hash_create(context);
+  if (!result) result = np_scattering_desc_add_to_hash(context, world, &key->desc, hash);
+  np_hash_add_text(hash, key->matter);
+  const neph_result finished = np_hash_finish(hash, key->clouds);
   return result ? result : finished;
 }
 
@@ -113,7 +122,7 @@ neph_result np_light_key_fill(neph_context *context, const np_world *world, cons
   key->to_sun = world->to_sun;
   compute_sunlight(world, &key->desc.cells, key);
   neph_result result = compute_surroundings(context, world, depths, &key->desc.cells, key->surroundings);
-  return result ? result : compute_fingerprint(context, world, &key->desc, key->clouds);
+  return result ? result : compute_fingerprint(context, world, key);
 }
 
 static double sum_sun(const np_light_key *key, unsigned band) {
@@ -163,15 +172,31 @@ static void compare_light(const np_light_key *cached, const np_light_key *wanted
     np_print(reason, size, "sky and ground around the clouds changed by %.3g %%", 100.0 * solid_angle * around / all);
 }
 
-void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
-                          size_t size) {
-  const double limit = is_exact ? 0.0 : tolerance;
-  if (strcmp(cached->clouds, wanted->clouds) != 0)
-    np_print(reason, size, "%s", clouds_changed);
-  else if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > limit)
+static void compare_lights(const np_light_key *cached, const np_light_key *wanted, double limit, char *reason,
+                           size_t size) {
+  if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > limit)
     describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else
     compare_light(cached, wanted, limit, reason, size);
+}
+
+void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
+                          size_t size) {
+  if (strcmp(cached->clouds, wanted->clouds) != 0)
+    np_print(reason, size, "%s", clouds_changed);
+  else if (is_exact && cached->has_depth != wanted->has_depth)
+    np_print(reason, size, "sun optical depths are %s", wanted->has_depth ? "cached" : "not cached");
+  else
+    compare_lights(cached, wanted, is_exact ? 0.0 : tolerance, reason, size);
+}
+
+void np_light_key_compare_coarse(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
+  const np_scattering_desc *a = &cached->desc, *b = &wanted->desc;
+  if (strcmp(cached->matter, wanted->matter) != 0 || a->left_out != b->left_out ||
+      a->has_importance != b->has_importance)
+    np_print(reason, size, "%s", clouds_changed);
+  else
+    compare_lights(cached, wanted, coarse_tolerance, reason, size);
 }
 
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,

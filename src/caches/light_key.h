@@ -14,6 +14,8 @@ enum { NP_LIGHT_KEY_PLACES = 64 };
 typedef struct np_light_key {
   np_scattering_desc desc;
   char clouds[33]; /* hash of grids, places, optics and emission, and of the choice of cells */
+  char matter[33]; /* hash of the same without the choice of cells */
+  bool has_depth;  /* sun optical depths came from their cache */
   np_vec3 to_sun;
   np_spectrum sun[NP_LIGHT_KEY_PLACES]; /* sun's irradiance at places spread over the clouds' box */
   np_boundary_radiance surroundings;
@@ -41,6 +43,8 @@ double np_light_key_get_sun_share(const np_light_key *key);
 /* Writes why a cached result is out of date; "" if it is valid. is_exact: results must agree to the bit. */
 void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
                           size_t size);
+/* The same for a coarse picture: cells may be others, and light may differ by a tenth. */
+void np_light_key_compare_coarse(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size);
 void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size);
 
 #endif

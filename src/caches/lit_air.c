@@ -66,6 +66,7 @@ static void place(const np_cloud_gather *g, np_lit_air *a) {
     if (a->period_m[n] > 0.0) width[n] = a->period_m[n];
   }
   a->spacing_m = fmax(width[0], width[1]) / (POINTS_MAX - 1);
+  if (g->is_coarse) a->spacing_m *= 2.0;
   for (int n = 0; n < 2; n++) {
     a->size[n] = (int32_t)fmax(ceil(width[n] / a->spacing_m), 1.0) + 1;
     a->origin_m[n] = a->period_m[n] > 0.0 ? low_m[n] : middle[n] - 0.5 * (a->size[n] - 1) * a->spacing_m;

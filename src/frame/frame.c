@@ -11,6 +11,7 @@
 #include "frame/error_estimate.h"
 #include "frame/frame.h"
 #include "frame/frame_state.h"
+#include "frame/kept_samples.h"
 #include "frame/reconstruction.h"
 #include "frame/render_header.h"
 #include "image/color_space.h"
@@ -270,9 +271,10 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, np_stage_ti
 static neph_result integrate_and_keep(np_frame *f, const neph_scene *scene, const np_plan *plan,
                                       np_stage_times *times) {
   assert(f->sink || (!plan->request.desc.part_path && !plan->request.desc.checkpoint_path));
+  neph_result result = f->sink ? f->sink->open(scene, plan, f, &f->film) : NEPH_OK;
+  if (!result && f->kept) result = np_kept_samples_begin(f->kept, scene, plan, f);
+  if (result) return f->sink ? f->sink->finish(f->film, result) : result;
   if (!f->sink) return integrate_frame(f, plan, times, f->image);
-  neph_result result = f->sink->open(scene, plan, f, &f->film);
-  if (result) return result;
   f->feed->keep = f->film ? f->sink->write_when_due : NULL;
   f->feed->film = f->film;
   result = integrate_frame(f, plan, times, f->image);
@@ -289,6 +291,8 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   if (!f) return NEPH_ERROR_OUT_OF_MEMORY;
   f->feed = job->feed ? job->feed : &nobody;
   f->sink = job->sink;
+  f->kept = job->kept;
+  f->focus = job->focus;
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->request.aovs;

@@ -15,8 +15,10 @@
 /* Surroundings of a picture. */
 typedef struct np_render_job {
   np_build_job build;
-  struct np_tile_feed *feed; /* borrowed: queue of finished tiles; NULL: tiles are not shown */
-  const np_film_sink *sink;  /* keeps parts and checkpoints; NULL: of a plan that has none */
+  struct np_tile_feed *feed;    /* borrowed: queue of finished tiles; NULL: tiles are not shown */
+  const np_film_sink *sink;     /* keeps parts and checkpoints; NULL: of a plan that has none */
+  struct np_kept_samples *kept; /* borrowed: samples of the picture before, to go on with; NULL: none are kept */
+  const double *focus; /* borrowed: place in the picture, as shares, whose tiles come first; NULL: those at the top */
 } np_render_job;
 
 /* Renders the crop of the plan into a new image with R, G, B, A, Z and the scene's AOVs. The job has times. The same

@@ -26,6 +26,7 @@ typedef struct np_pixel_state {
   uint32_t begin, next, end;
   np_deep_stored deep; /* segments along the rays of its samples, for deep pixels */
   double *record;      /* record of the kept film, to be filled; NULL: none is kept */
+  double *kept;        /* record of the samples that the renderer keeps; NULL: none are kept */
 } np_pixel_state;
 
 /* Luminance of a pixel, and the variance of it by its samples as of independent ones. */
@@ -50,6 +51,8 @@ typedef struct np_frame {
   np_tile_feed *feed;
   const np_film_sink *sink;                 /* NULL: no film is kept */
   np_kept_film *film;                       /* NULL: none is kept */
+  const double *focus;                      /* shares of the window, whose tiles come first; NULL: those at the top */
+  struct np_kept_samples *kept;             /* samples of the picture so far, of a renderer; NULL: none are kept */
   struct np_reconstruction *reconstruction; /* fills pixels that are not rendered; NULL: all are */
   np_integrator_settings settings;
   np_integrator_fn integrate;

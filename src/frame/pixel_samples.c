@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "frame/frame_layers.h"
+#include "frame/kept_samples.h"
 #include "image/film.h"
 #include "integrate/blue_noise_table.h"
 #include "volume/depth_cursor.h"
@@ -243,6 +244,7 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
   const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES, before = p->next - begun - p->begin;
   np_film_accumulator_begin_moments(&accumulator, f->channels.sum_count + NP_PIXEL_SUMS_OWN, NP_BAND_COUNT,
                                     p->next - begun);
+  if (p->kept) p->next = np_kept_samples_load(f->kept, p->kept, &accumulator);
   if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, numbers});
   np_random shift = start_random(f, at, UINT32_MAX);
   float offset[OFFSETS];
@@ -270,6 +272,7 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
   np_film_accumulator_finish(&accumulator, added);
   if (before) np_film_accumulator_join(&accumulator, numbers, before, added, p->next - p->begin - before);
   memcpy(numbers, added, np_channels_count_numbers(&f->channels) * sizeof *numbers);
+  if (p->kept && p->next == end) np_kept_samples_store(f->kept, p->kept, &accumulator, end);
   if (p->record && p->next == end) f->sink->keep_numbers(f->film, p->record, &accumulator, added, end - p->begin);
   return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Adaptive sampling of a frame: the number of samples of each pixel, and the passes in which they are taken. */
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "frame/kept_samples.h"
 #include "frame/pilots.h"
 #include "frame/reconstruction.h"
 #include "image/film.h"
@@ -19,15 +21,23 @@ typedef struct tile_job {
   const np_frame *f;
   size_t begin; /* number of the first tile */
   pixel_step_fn *step;
-  bool is_shown; /* its tiles are in the image */
+  bool is_shown;                   /* its tiles are in the image */
+  const struct placed_tile *order; /* NULL: in that of their numbers */
 } tile_job;
+
+/* A tile, by its distance from the focus. */
+typedef struct placed_tile {
+  double away;
+  size_t tile;
+} placed_tile;
 
 static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const tile_job *job = user;
   const np_frame *f = job->f;
   const size_t tiles_across = (f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
-  for (size_t tile = job->begin + begin; tile < job->begin + end; tile++) {
+  for (size_t n = begin; n < end; n++) {
+    const size_t tile = job->order ? job->order[n].tile : job->begin + n;
     const unsigned x0 = (unsigned)(tile % tiles_across) * NP_TILE_EDGE;
     const unsigned y0 = (unsigned)(tile / tiles_across) * NP_TILE_EDGE;
     for (unsigned y = y0; y < y0 + NP_TILE_EDGE && y < f->height; y++)
@@ -50,7 +60,7 @@ size_t np_frame_count_tiles(const np_frame *f) {
 static neph_result run_tiles(np_frame *f, unsigned begin, unsigned end, pixel_step_fn *step, bool is_shown) {
   assert(begin % NP_TILE_EDGE == 0 && begin <= end && end <= f->height);
   const size_t across = (f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
-  tile_job job = {f, across * (begin / NP_TILE_EDGE), step, is_shown};
+  tile_job job = {f, across * (begin / NP_TILE_EDGE), step, is_shown, NULL};
   const size_t count = across * ((end - begin + NP_TILE_EDGE - 1) / NP_TILE_EDGE);
   return np_parallel_for(f->assembly->context, f->monitor, count, 1, render_tiles, &job);
 }
@@ -61,10 +71,39 @@ static neph_result deliver_tiles(np_frame *f) {
   return is_wanted ? NEPH_OK : NEPH_ERROR_CANCELLED;
 }
 
+static int compare_tiles(const void *a, const void *b) {
+  const placed_tile *x = a, *y = b;
+  return x->away != y->away ? (x->away > y->away) - (x->away < y->away) : (x->tile > y->tile) - (x->tile < y->tile);
+}
+
+/* Tiles from the focus outwards. NULL: there is no memory. */
+static placed_tile *order_tiles(const np_frame *f) {
+  const size_t count = np_frame_count_tiles(f), across = (f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
+  placed_tile *order = np_alloc(f->assembly->context, count, sizeof *order);
+  for (size_t i = 0; order && i < count; i++) {
+    const double x = (double)(i % across) + 0.5 - f->focus[0] * f->width / NP_TILE_EDGE;
+    const double y = (double)(i / across) + 0.5 - f->focus[1] * f->height / NP_TILE_EDGE;
+    order[i] = (placed_tile){x * x + y * y, i};
+  }
+  if (order) qsort(order, count, sizeof *order, compare_tiles);
+  return order;
+}
+
+/* All tiles, from the focus outwards. */
+static neph_result run_ordered(np_frame *f, pixel_step_fn *step) {
+  placed_tile *order = order_tiles(f);
+  if (!order) return NEPH_ERROR_OUT_OF_MEMORY;
+  tile_job job = {f, 0, step, true, order};
+  const neph_result result =
+      np_parallel_for(f->assembly->context, f->monitor, np_frame_count_tiles(f), 1, render_tiles, &job);
+  np_alloc_free(f->assembly->context, order);
+  return result;
+}
+
 /* Fills the tiles of the image and passes them to the caller's callback. */
 static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
   f->feed->is_final = is_final;
-  const neph_result result = run_tiles(f, 0, f->height, step, true);
+  const neph_result result = f->focus ? run_ordered(f, step) : run_tiles(f, 0, f->height, step, true);
   return result ? result : deliver_tiles(f);
 }
 
@@ -76,6 +115,7 @@ static neph_result render_pixel(const np_frame *f, const int at[2], size_t index
   double numbers[NP_PIXEL_NUMBERS_MAX];
   if (f->film && f->sink->develop(f->film, f, index, total)) return NEPH_OK;
   if (f->film) p.record = f->sink->get_record(f->film, index);
+  p.kept = np_kept_samples_get(f->kept, index);
   neph_result result = np_frame_sample_pixel(f, at, f->desc->sample_end, &p, numbers);
   if (!result) result = np_frame_finish_pixel(f, at, &p, numbers, total);
   np_alloc_free(f->assembly->context, p.deep.at);

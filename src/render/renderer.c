@@ -8,6 +8,7 @@
 #include "core/given.h"
 #include "frame/frame.h"
 #include "frame/history.h"
+#include "frame/kept_samples.h"
 #include "frame/prediction.h"
 #include "frame/tile_feed.h"
 #include "parts/part_film.h"
@@ -21,6 +22,9 @@
 struct neph_renderer {
   neph_context *context; /* retained */
   np_stores stores;
+  np_kept_samples kept;
+  bool keeps_samples, has_focus;
+  double focus[2];
   atomic_bool is_busy;      /* a picture is being rendered */
   atomic_bool is_cancelled; /* cancels the current picture, or the next one if there is none */
 };
@@ -119,9 +123,14 @@ static neph_result render_picture(const neph_scene *scene, picture_call *call, n
   return result ? result : render_planned(scene, &call->plan, &call->job, &monitor, out_image);
 }
 
+/* Renders by the stores, and by what else `renderer` has; NULL: nothing. */
 static neph_result render_from_stores(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
-                                      const atomic_bool *is_cancelled, neph_image **out_image) {
-  picture_call call = {.job = {.build = np_build_job_make(stores), .sink = &np_part_film_sink},
+                                      neph_renderer *renderer, neph_image **out_image) {
+  const atomic_bool *is_cancelled = renderer ? &renderer->is_cancelled : NULL;
+  picture_call call = {.job = {.build = np_build_job_make(stores),
+                               .sink = &np_part_film_sink,
+                               .kept = renderer && renderer->keeps_samples ? &renderer->kept : NULL,
+                               .focus = renderer && renderer->has_focus ? renderer->focus : NULL},
                        .is_cancelled = is_cancelled};
   neph_scene at;
   neph_result result = np_plan_make_frame(scene, desc, &at, &call.plan);
@@ -145,7 +154,7 @@ neph_result neph_renderer_create(neph_context *context, neph_renderer **out_rend
   *out_renderer = np_alloc(context, 1, sizeof **out_renderer);
   if (!*out_renderer) return NEPH_ERROR_OUT_OF_MEMORY;
   np_context_retain(context);
-  (*out_renderer)->context = context;
+  (*out_renderer)->context = (*out_renderer)->kept.context = context;
   atomic_init(&(*out_renderer)->is_busy, false);
   atomic_init(&(*out_renderer)->is_cancelled, false);
   return NEPH_OK;
@@ -155,6 +164,7 @@ void neph_renderer_destroy(neph_renderer *renderer) {
   if (!renderer) return;
   neph_context *context = renderer->context;
   np_stores_clear(context, &renderer->stores);
+  np_kept_samples_clear(&renderer->kept);
   np_alloc_free(context, renderer);
   np_context_release(context);
 }
@@ -185,10 +195,31 @@ neph_result neph_renderer_render(neph_renderer *renderer, const neph_scene *scen
   if (result) return result;
   result = check_scene(renderer, scene);
   if (!result && atomic_load(&renderer->is_cancelled)) result = NEPH_ERROR_CANCELLED;
-  if (!result) result = render_from_stores(scene, desc, &renderer->stores, &renderer->is_cancelled, out_image);
+  if (!result) result = render_from_stores(scene, desc, &renderer->stores, renderer, out_image);
   atomic_store(&renderer->is_cancelled, false);
   atomic_store(&renderer->is_busy, false);
   return result;
+}
+
+neph_result neph_renderer_keep_samples(neph_renderer *renderer, bool is_kept) {
+  if (!renderer) return NEPH_ERROR_INVALID_ARGUMENT;
+  const neph_result result = begin(renderer);
+  if (result) return result;
+  renderer->keeps_samples = is_kept;
+  if (!is_kept) np_kept_samples_clear(&renderer->kept);
+  atomic_store(&renderer->is_busy, false);
+  return NEPH_OK;
+}
+
+neph_result neph_renderer_set_focus(neph_renderer *renderer, double x, double y) {
+  if (!renderer) return NEPH_ERROR_INVALID_ARGUMENT;
+  const neph_result result = begin(renderer);
+  if (result) return result;
+  renderer->has_focus = isfinite(x) && isfinite(y);
+  renderer->focus[0] = x;
+  renderer->focus[1] = y;
+  atomic_store(&renderer->is_busy, false);
+  return NEPH_OK;
 }
 
 neph_result np_renderer_borrow(neph_renderer *renderer, const neph_scene *scene, np_stores **out_stores) {

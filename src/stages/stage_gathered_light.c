@@ -24,7 +24,13 @@
 typedef struct gathered_key {
   char picture[33]; /* empty: it is not kept on disk */
   char light[33];   /* empty: later pictures do not reuse it */
+  char clouds[33];  /* clouds and heights alone, for coarse pictures; empty: those do not reuse it */
+  np_vec3 to_sun;
 } gathered_key;
+
+/* Angle by which the light may have turned for a coarse picture, radians: light from clouds is a small part of that on
+ * the ground. */
+static const double coarse_turn_rad = 0.25;
 
 /* Whether the result belongs to this picture alone. In a still picture, results of an earlier picture may be reused
  * within a tolerance, so that their bits depend on it; in a sequence reused results are exact. */
@@ -57,7 +63,9 @@ static neph_result compare_gathered(const np_stage_part *in, const gathered_key 
   const gathered_key *wanted = in->key;
   const bool is_same_picture = *wanted->picture && !strcmp(own->picture, wanted->picture);
   const bool is_same_light = *wanted->light && !strcmp(own->light, wanted->light);
-  if (is_same_picture || is_same_light) return NEPH_OK;
+  const bool is_near = np_stage_is_coarse(in) && *wanted->clouds && !strcmp(own->clouds, wanted->clouds) &&
+                       (double)np_vec3_length(np_vec3_subtract(own->to_sun, wanted->to_sun)) <= coarse_turn_rad;
+  if (is_same_picture || is_same_light || is_near) return NEPH_OK;
   np_print(out_reason, NP_REASON_SIZE, *wanted->light ? "the light changed" : "it is of another picture");
   return NEPH_OK;
 }
@@ -155,12 +163,28 @@ static void add_request(const np_ground_clouds_inputs *in, np_hash *hash) {
   const neph_render_desc *desc = &in->plan->request.desc;
   const float depth_end = in->depth ? in->depth->depth_end : 0.0f;
   const unsigned frame = neph_scene_is_animated(in->scene) ? (unsigned)desc->frame : 0;
-  const unsigned words[] = {desc->integrator, desc->multiple_scattering, frame, in->slot};
+  const bool is_coarse = np_stage_is_coarse(&in->part); /* whose heights and voxels may be others */
+  const unsigned words[] = {desc->integrator, desc->multiple_scattering, frame, in->slot, is_coarse};
   NP_HASH_ADD(hash, words);
   NP_HASH_ADD(hash, in->world->to_sun);
   NP_HASH_ADD(hash, depth_end);
   NP_HASH_ADD(hash, in->clouds->low);
   NP_HASH_ADD(hash, in->clouds->high);
+}
+
+/* The key of a coarse picture: optical depths may be cached or marched, light may have turned. */
+static neph_result hash_clouds(const np_ground_clouds_inputs *in, gathered_key *key) {
+  const np_stored_result *stored = np_stores_search(in->job->stores, &np_stage_reuse_ordinates, in->slot);
+  const neph_render_desc *desc = &in->plan->request.desc;
+  const unsigned words[] = {desc->integrator, desc->multiple_scattering, in->slot};
+  np_hash *hash = np_hash_create(in->context);
+  const bool is_known = stored && stored->key && np_stage_add_heights_key(&in->part, hash);
+  if (is_known) np_hash_add_text(hash, ((const np_light_key *)stored->key)->matter);
+  NP_HASH_ADD(hash, words);
+  key->to_sun = in->world->to_sun;
+  const neph_result result = np_hash_finish(hash, key->clouds);
+  if (!is_known) key->clouds[0] = '\0';
+  return result;
 }
 
 static neph_result hash_light(const np_ground_clouds_inputs *in, char out[33]) {
@@ -177,6 +201,7 @@ static neph_result get_ground_clouds_key(const np_ground_clouds_inputs *in, void
   gathered_key *key = np_alloc(in->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = hash_light(in, key->light);
+  if (!result && *key->light) result = hash_clouds(in, key);
   if (!result && is_shared(&in->part)) result = hash_picture(&in->part, key->picture);
   if (!result && (*key->light || *key->picture)) return *out_key = key, NEPH_OK;
   np_alloc_free(in->context, key);
@@ -196,6 +221,7 @@ static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_clou
                             .depths = &depths,
                             .scattering = in->scattering,
                             .bounds_min = np_dvec3_subtract(in->clouds->low, voxel),
+                            .is_coarse = np_stage_is_coarse(&in->part),
                             .bounds_max = np_dvec3_add(in->clouds->high, voxel),
                             .period_m = {np_instances_compute_period(&in->world->clouds, 0),
                                          np_instances_compute_period(&in->world->clouds, 1)}};

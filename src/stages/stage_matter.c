@@ -19,6 +19,7 @@
 #include "stages/copies.h"
 #include "stages/stage_part.h"
 #include "stages/stores.h"
+#include "terrain/terrain_cover.h"
 #include "volume/brick_detail.h"
 #include "volume/volume_coarser.h"
 #include "volume/volume_private.h"
@@ -30,6 +31,8 @@
  * import settings of a file, or the parameters of generated data. */
 typedef struct source_key {
   char hash[33]; /* fingerprint; empty: a file that is still to be written */
+  char near[33]; /* the same but for the size of voxels, or of steps of the heights; empty: unknown */
+  double size;   /* edge of a voxel, or number of heights a side */
   np_cloud_source source;
 } source_key;
 
@@ -56,14 +59,17 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   NP_HASH_ADD(hash, plan->savings.are_coarse);
 }
 
-static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+/* Adds a bake, with voxels of `voxel_m`; 0: whatever size they have. */
+static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
+                            double voxel_m) {
   const neph_bake_desc desc = np_cloud_load_describe_bake(plan, scene, cloud);
   neph_cloud_desc at_frame = np_plan_get_bake(&plan->request, scene, cloud);
   np_cloud_ground ground;
+  at_frame.voxel_m = voxel_m;
   char *text;
   neph_result result = np_cloud_ground_name(scene, &at_frame, &ground);
   if (result) return result;
-  if (at_frame.ground_id) { /* generated mountains may be coarser than the scene's own */
+  if (at_frame.ground_id && voxel_m > 0.0) { /* generated mountains may be coarser than the scene's own */
     const neph_ridges_desc ridges = np_plan_get_ridges(&plan->request, scene);
     NP_HASH_ADD(hash, ridges.sample_count);
   }
@@ -85,7 +91,7 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
   else if (np_scene_cloud_is_sequence(cloud))
     np_hash_add_text(hash, "no file");
   else
-    result = add_bake(hash, in->plan, in->scene, cloud);
+    result = add_bake(hash, in->plan, in->scene, cloud, np_plan_get_bake(&in->plan->request, in->scene, cloud).voxel_m);
   const unsigned copy_levels = np_plan_count_copy_levels(&in->plan->request, in->scene, cloud);
   NP_HASH_ADD(hash, copy_levels);
   NP_HASH_ADD(hash, cloud->interpolation);
@@ -93,28 +99,58 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
   return result ? result : finished;
 }
 
+/* Fills what a coarse picture compares: a bake to memory, whose voxels may have another size. */
+static neph_result fill_near(const np_stage_part *in, const char *path, source_key *key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  if (path || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
+  key->size = np_plan_get_bake(&in->plan->request, in->scene, cloud).voxel_m;
+  np_hash *hash = np_hash_create(in->context);
+  const neph_result result = add_bake(hash, in->plan, in->scene, cloud, 0.0);
+  const neph_result finished = np_hash_finish(hash, key->near);
+  return result ? result : finished;
+}
+
+/* Whether a coarse picture takes a source of another picture: all but the size of its parts is the same, and that is
+ * between half and twice its own. */
+static bool is_near(const np_stage_part *in, const source_key *own) {
+  static const double most = 2.01;
+  const source_key *wanted = in->key;
+  return np_stage_is_coarse(in) && *own->near && !strcmp(own->near, wanted->near) && own->size <= most * wanted->size &&
+         wanted->size <= most * own->size;
+}
+
+static void compare_source(const np_stage_part *in, const source_key *own, char *out_reason) {
+  if (strcmp(own->hash, ((const source_key *)in->key)->hash) != 0 && !is_near(in, own))
+    np_print(out_reason, NP_REASON_SIZE, "its source changed");
+}
+
 /* ---- Terrain ---- */
 
-static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
+/* Key of a terrain: its heights, and the cover that is laid over them. */
+typedef struct terrain_key {
+  source_key heights; /* first: a source */
+  char all[33];
+} terrain_key;
+
+static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, np_terrain_key_part part,
+                                       char out_key[33]) {
   const neph_ridges_desc ridges = np_plan_get_ridges(&plan->request, scene);
-  return np_terrain_key_compute(scene, &ridges, NP_TERRAIN_KEY_OF_ALL, out_key);
+  return np_terrain_key_compute(scene, &ridges, part, out_key);
+}
+
+static neph_result fill_terrain_key(const np_terrain_inputs *in, terrain_key *key) {
+  neph_ridges_desc ridges = np_plan_get_ridges(&in->plan->request, in->scene);
+  key->heights.size = ridges.sample_count;
+  neph_result result = compute_terrain_key(in->plan, in->scene, NP_TERRAIN_KEY_OF_ALL, key->all);
+  if (!result) result = compute_terrain_key(in->plan, in->scene, NP_TERRAIN_KEY_OF_HEIGHTS, key->heights.hash);
+  ridges.sample_count = 0;
+  return result ? result : np_terrain_key_compute(in->scene, &ridges, NP_TERRAIN_KEY_OF_HEIGHTS, key->heights.near);
 }
 
 static neph_result get_terrain_key(const np_terrain_inputs *in, void **out_key) {
   if (in->scene->terrain.given) return NEPH_OK;
-  source_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
-  return key ? compute_terrain_key(in->plan, in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
-static void compare_source(const np_stage_part *in, const source_key *own, char *out_reason) {
-  if (strcmp(own->hash, ((const source_key *)in->key)->hash) != 0)
-    np_print(out_reason, NP_REASON_SIZE, "its source changed");
-}
-
-static neph_result adapt_terrain(const np_terrain_inputs *in, void *cached, const void *cached_key, char *out_reason) {
-  (void)cached;
-  compare_source(&in->part, cached_key, out_reason);
-  return NEPH_OK;
+  terrain_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
+  return key ? fill_terrain_key(in, key) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_terrain_desc describe_terrain(const np_terrain_inputs *in) {
@@ -124,6 +160,15 @@ static neph_terrain_desc describe_terrain(const np_terrain_inputs *in) {
   return desc;
 }
 
+/* Heights stay, and get another cover where that has changed. */
+static neph_result adapt_terrain(const np_terrain_inputs *in, void *cached, const void *cached_key, char *out_reason) {
+  const terrain_key *own = cached_key, *wanted = in->key;
+  compare_source(&in->part, &own->heights, out_reason);
+  if (out_reason[0] || !strcmp(np_terrain_get_cover_name(cached), wanted->all)) return NEPH_OK;
+  const neph_terrain_desc desc = describe_terrain(in);
+  return np_terrain_set_cover(cached, &desc, in->monitor, wanted->all);
+}
+
 static neph_result make_terrain(const np_terrain_inputs *in, neph_terrain **out) {
   const np_scene_terrain *terrain = &in->scene->terrain;
   if (terrain->given) return *out = neph_terrain_retain(terrain->given), NEPH_OK;
@@ -131,19 +176,29 @@ static neph_result make_terrain(const np_terrain_inputs *in, neph_terrain **out)
   const neph_ridges_desc ridges = np_plan_get_ridges(&in->plan->request, in->scene);
   np_terrain_source source = np_scene_terrain_get_source(terrain);
   source.ridges = &ridges;
-  return np_terrain_create(in->scene->context, &source, &desc, out);
+  const neph_result result = np_terrain_create(in->scene->context, &source, &desc, out);
+  if (*out) np_terrain_name_cover(*out, ((const terrain_key *)in->key)->all);
+  return result;
 }
 
-bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
+static bool add_terrain_part(const np_stage_part *in, np_terrain_key_part part, np_hash *key) {
   char hash[33];
-  if (in->scene->terrain.given || compute_terrain_key(in->plan, in->scene, hash)) return false;
+  if (in->scene->terrain.given || compute_terrain_key(in->plan, in->scene, part, hash)) return false;
   np_hash_add_text(key, hash);
   return true;
 }
 
+bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
+  return add_terrain_part(in, NP_TERRAIN_KEY_OF_ALL, key);
+}
+
+bool np_stage_add_heights_key(const np_stage_part *in, np_hash *key) {
+  return add_terrain_part(in, NP_TERRAIN_KEY_OF_HEIGHTS, key);
+}
+
 /* Adds the key of generated heights. Heights from files are not cached: reading the file is as fast. */
 static bool add_heights_key(const np_terrain_inputs *in, np_hash *key) {
-  return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_terrain_key(&in->part, key);
+  return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_heights_key(&in->part, key);
 }
 
 static void save_heights(const np_terrain_inputs *in, const neph_terrain *terrain, np_cache_entry *entry) {
@@ -153,7 +208,9 @@ static void save_heights(const np_terrain_inputs *in, const neph_terrain *terrai
 
 static neph_result load_heights(const np_terrain_inputs *in, np_cache_entry *entry, neph_terrain **out) {
   const neph_terrain_desc desc = describe_terrain(in);
-  return np_terrain_load_from_cache(in->context, entry, &desc, out);
+  const neph_result result = np_terrain_load_from_cache(in->context, entry, &desc, out);
+  if (*out) np_terrain_name_cover(*out, ((const terrain_key *)in->key)->all);
+  return result;
 }
 
 NP_STAGE_DISK(terrain, task->picture->terrain, "terrain", false, add_heights_key, save_heights, load_heights, NULL);
@@ -178,6 +235,7 @@ static neph_result get_volumes_key(const np_volumes_inputs *in, void **out_key) 
   if (result) return result;
   result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->request.desc.frame, &key->source);
   if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(&in->part, file.path, key);
+  if (!result) result = fill_near(&in->part, file.path, key);
   np_alloc_free(in->context, file.path);
   return result;
 }

@@ -68,6 +68,7 @@ static neph_result make_light_key(const np_ordinates_inputs *in, np_light_key **
   set_clouds(in, key);
   key->desc.cells.has_viewer = np_camera_has_centre(in->camera);
   if (key->desc.cells.has_viewer) set_viewer(in, &key->desc.cells);
+  key->has_depth = in->depth;
   key->desc.has_importance = in->plan->request.desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
@@ -100,8 +101,10 @@ static neph_result adapt_solution(const np_ordinates_inputs *in, void *cached, c
                                   char *out_reason) {
   if (np_scattering_field_get_quality(cached).is_cut)
     np_print(out_reason, NP_REASON_SIZE, "a time limit cut it short");
+  else if (np_stage_is_coarse(&in->part))
+    np_light_key_compare_coarse(cached_key, in->key, out_reason, NP_REASON_SIZE);
   else
-    np_light_key_compare(cached_key, in->key, np_scene_is_sequence(in->scene), out_reason, NP_REASON_SIZE);
+    np_light_key_compare(cached_key, in->key, np_stage_is_exact(&in->part), out_reason, NP_REASON_SIZE);
   if (out_reason[0]) return NEPH_OK;
   np_scattering_field_set_world(cached, in->world);
   in->schedule->solves_left--;

@@ -7,6 +7,7 @@
 #include "core/disk_cache.h"
 #include "plan/stage_rules.h"
 #include "scene/cloud_file.h"
+#include "scene/sequence.h"
 #include "stages/build_job.h"
 #include "stages/stage_inputs.h"
 
@@ -102,6 +103,19 @@ typedef struct np_stage_reuse {
       kind,    is_of_content, get_key_of_##stage, adapt_part_of_##stage, exchange_##stage, make_part_of_##stage,       \
       destroy, disk}
 
+/* Whether the picture is a first one, by the detail of another height: results of earlier pictures serve that are near
+ * its own, and a finer picture follows. */
+static inline bool np_stage_is_coarse(const np_stage_part *in) {
+  const neph_render_desc *desc = &in->plan->request.desc;
+  return desc->detail_height && desc->detail_height != desc->height;
+}
+
+/* Whether results of earlier pictures serve this one only where its own would have the same bits: in sequences, and in
+ * pictures behind coarse ones. */
+static inline bool np_stage_is_exact(const np_stage_part *in) {
+  return np_scene_is_sequence(in->scene) || in->plan->request.desc.detail_height == in->plan->request.desc.height;
+}
+
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_water_sky, np_stage_reuse_sun_optical_depth,
     np_stage_reuse_ordinates, np_stage_reuse_viewer_light, np_stage_reuse_ground_clouds;
@@ -116,8 +130,9 @@ neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_task 
 /* Saves a part's result on disk, where the context has a cache. */
 void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_task *task);
 
-/* Adds the terrain to a key; false: calls have built it, and it has no key. */
+/* Adds the terrain, or its heights without their cover, to a key; false: calls have built it, and it has no key. */
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key);
+bool np_stage_add_heights_key(const np_stage_part *in, np_hash *key);
 
 /* Albedo of the planet, in the scene's reference bands; `terrain` may be NULL. */
 void np_stage_get_ground_albedo(const np_stage_part *in, const neph_terrain *terrain, const np_picture_lights *lights,

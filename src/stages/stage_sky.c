@@ -147,7 +147,7 @@ static neph_result compare_air(const np_atmosphere_inputs *in, const neph_atmosp
     np_print(out_reason, NP_REASON_SIZE, "what is asked of it changed");
   else if (!isfinite(change))
     np_print(out_reason, NP_REASON_SIZE, "%s changed", what);
-  else if (change > (np_scene_is_sequence(in->scene) ? 0.0 : medium_share * desc->tolerance))
+  else if (change > (np_stage_is_exact(&in->part) ? 0.0 : medium_share * desc->tolerance))
     np_print(out_reason, NP_REASON_SIZE, "%s changed by %.3g %%", what, 100.0 * change);
   return NEPH_OK;
 }
@@ -239,7 +239,7 @@ static neph_result move_sky(const np_stage_part *in, const neph_atmosphere *atmo
   const sky_key *wanted = in->key;
   if (cached->atmosphere != atmosphere)
     np_print(out_reason, NP_REASON_SIZE, "the atmosphere was rebuilt");
-  else if (np_scene_is_sequence(in->scene) && !is_same_place(&own->built, &wanted->built))
+  else if (np_stage_is_exact(in) && !is_same_place(&own->built, &wanted->built))
     np_print(out_reason, NP_REASON_SIZE, "light or observer stand higher or lower");
   else if (np_sky_move(cached, &wanted->desc, out_reason, NP_REASON_SIZE))
     out_reason[0] = '\0';

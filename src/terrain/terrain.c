@@ -14,11 +14,13 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/text.h"
+#include "core/text_copy.h"
 #include "core/units.h"
 #include "terrain/field_facets.h"
 #include "terrain/ground_cover.h"
 #include "terrain/heightfield.h"
 #include "terrain/mesh_ground.h"
+#include "terrain/terrain_cover.h"
 
 /* Places along each side of a field that its rectangle is taken from: sides are bent on the planet. */
 enum { CORE_STEPS = 16 };
@@ -38,6 +40,7 @@ struct neph_terrain {
   double elevation_min_m, elevation_max_m;
   double planet_radius_m, ground_albedo[3]; /* values of the description */
   np_ground_cover cover;
+  char cover_name[33];
   double mean_albedo[3];
   RTCDevice device;
   RTCScene scene;
@@ -444,6 +447,25 @@ neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *
     *out_terrain = terrain;
   return result;
 }
+
+neph_result np_terrain_set_cover(neph_terrain *terrain, const neph_terrain_desc *desc, np_monitor *monitor,
+                                 const char *name) {
+  np_ground_cover cover;
+  const neph_result result = np_ground_cover_create(terrain->context, desc, monitor, &cover);
+  if (result) return result;
+  np_ground_cover_destroy(&terrain->cover);
+  terrain->cover = cover;
+  for (int b = 0; b < 3; b++) terrain->ground_albedo[b] = desc->ground_albedo[b];
+  compute_mean_albedo(terrain);
+  np_terrain_name_cover(terrain, name);
+  return NEPH_OK;
+}
+
+void np_terrain_name_cover(neph_terrain *terrain, const char *name) {
+  np_text_copy_short(terrain->cover_name, sizeof terrain->cover_name, name);
+}
+
+const char *np_terrain_get_cover_name(const neph_terrain *terrain) { return terrain->cover_name; }
 
 neph_terrain *neph_terrain_retain(neph_terrain *terrain) {
   if (terrain) atomic_fetch_add_explicit(&terrain->references, 1, memory_order_relaxed);

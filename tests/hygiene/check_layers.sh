@@ -22,7 +22,7 @@ caches: optics noise volume atmosphere terrain world transport
 integrate: optics noise volume atmosphere terrain world transport caches
 scene: optics noise volume image mesh cloud terrain atmosphere
 plan: optics volume image cloud terrain atmosphere transport caches integrate scene
-stages: optics volume image cloud atmosphere world caches integrate scene plan
+stages: optics volume image cloud terrain atmosphere world caches integrate scene plan
 frame: volume image integrate scene plan stages
 parts: image scene plan frame
 render: scene plan stages frame parts

@@ -140,7 +140,7 @@ def check_hand(page):
     page.get("picture").send_keys("w")
     check("W flies", page.holds("nephos.edits.at(-1).keys.includes('camera.look_at')"))
     ActionChains(page.driver).move_to_element(page.get("picture")).perform()
-    check("the pixel under the pointer is read out", page.holds("document.getElementById('pixel').textContent.includes('W/m²')"))
+    check("the pixel under the pointer is read out", page.holds("['W/m²', 'τ', 'deep', 'at '].every(word => document.getElementById('pixel').textContent.includes(word))"))
 
 
 def check_panel(page):
@@ -162,6 +162,54 @@ def check_panel(page):
     page.get("text").find_element(By.TAG_NAME, "button").click()
 
 
+def press(page, id, steps):
+    """Drags over a canvas from its middle."""
+    chain = ActionChains(page.driver, duration=20).move_to_element(page.get(id)).click_and_hold()
+    for x, y in steps:
+        chain.move_by_offset(x, y)
+    chain.release().perform()
+
+
+def check_sky(page):
+    edits = page.run("return nephos.edits.length")
+    press(page, "dome", [(8, 8)] * 3)
+    check("the sun is dragged over the dome", page.holds(f"nephos.edits.length > {edits} && nephos.edits.at(-1).keys.includes('sun.elevation') && !nephos.edits.at(-1).refusal"))
+    page.get("dome").send_keys(Keys.ARROW_UP)
+    check("arrow keys raise it", page.holds("document.getElementById('dome').ariaValueText.includes('high')"))
+    page.get("sun-by-time").click()
+    check("a date and a time place it", page.holds("!document.getElementById('sun-date').disabled && document.getElementById('sun-clock').value === '12:00'"))
+    page.get("undo").click()
+    check("or its angles", page.holds("document.getElementById('sun-date').disabled"))
+
+
+def check_plan(page):
+    page.run("document.getElementById('plan-part').open = true")
+    eye = page.run("return document.getElementById('key-camera-position').value")
+    page.run("const p = document.getElementById('preset'); p.value = 'fog'; p.dispatchEvent(new Event('change'))")
+    page.get("add-cloud").click()
+    check("a cloud is on the plan", page.holds("document.getElementById('plan-text').textContent.startsWith('fog')"))
+    press(page, "plan", [(6, 0)] * 3)
+    check("a drag moves it", page.holds("nephos.edits.at(-1).keys.includes('clouds[0].bake.center')"), page.run("return nephos.edits.at(-1)"))
+    page.get("plan-paint").click()
+    press(page, "plan", [(3, 3)] * 3)
+    check("a stroke paints its coverage", page.holds("(document.getElementById('key-clouds-0-bake-map-image')?.value ?? '').includes('.png')"))
+    page.get("toggle-cloud").click()
+    check("a cloud is switched off", page.holds("document.getElementById('cloud').selectedOptions[0].text.endsWith('(off)')"))
+    page.get("remove-cloud").click()
+    check("and removed", page.holds("document.getElementById('cloud').disabled"))
+    check("the camera stayed", page.run("return document.getElementById('key-camera-position').value") == eye)
+
+
+def check_region(page):
+    page.run("document.querySelector('#pins canvas').click()") # its line lies over the middle
+    page.get("choose-region").click()
+    page.drag([(20, 10)] * 3)
+    check("a region is chosen by a drag", page.holds("!document.getElementById('region').hidden"))
+    check("and rendered", page.settles())
+    page.get("choose-region").click()
+    check("and left", page.holds("document.getElementById('region').hidden") and page.settles())
+
+
 # WCAG 2: 4.5 for text.
 CONTRAST = """
 const light = c => { const [r, g, b] = c.match(/[\\d.]+/g).map(x => x / 255).map(x => x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
@@ -171,6 +219,23 @@ return [...document.querySelectorAll('#panel *, #bar *, #hint')].filter(e => e.o
   .map(e => { const [a, b] = [light(getComputedStyle(e).color), light(ground(e))].sort((x, y) => y - x); return [(a + 0.05) / (b + 0.05), e.id || e.textContent]; })
   .filter(([ratio]) => ratio < 4.5)
 """
+
+
+def check_frames(program, page, folder):
+    """The time line of an animation plays and scrubs."""
+    path = os.path.join(folder, "frames.yaml")
+    open(path, "w").write(SCENE + "animate: {camera.position: {keys: [[1, [0, -6 km, 2500 m]], [9, [0, -6 km, 3300 m]]]}}\n")
+    view = View(program, path, "--frames", "1-9")
+    page.driver.get(view.url)
+    check("the page of frames starts", page.holds("window.nephos && nephos.ready && nephos.state?.stage === 'done'"))
+    first = page.digest()
+    page.get("play").click()
+    check("it plays", page.holds("nephos.frames > 12"))
+    page.get("play").click()
+    page.run("const f = document.getElementById('frame'); f.value = 8; f.dispatchEvent(new Event('input'))")
+    check("it scrubs to a frame", page.holds("nephos.state.frame === 9") and page.settles() and page.digest() != first)
+    check("which is named", page.get("frame-number").text == "9")
+    view.end()
 
 
 def check_rest(view, page):
@@ -194,7 +259,11 @@ def run(program):
             check_fields(page)
             check_hand(page)
             check_panel(page)
+            check_sky(page)
+            check_plan(page)
+            check_region(page)
             check_rest(view, page)
+            check_frames(program, page, folder)
         finally:
             page.driver.quit()
             code, seconds = view.end()

@@ -394,6 +394,137 @@ def check_no_picture(program, path):
     check("it ends as ever", view.end()[0] == 0)
 
 
+MAP_EDGE = 256
+
+
+def check_region(view):
+    """A part of the picture is rendered alone, over the few pixels of the whole."""
+    view.set("camera.roll=1 deg")
+    whole = view.wait_done()[1]
+    for body in ("0 0 1", "a", "0 0 2 1", "nan 0 1 1", "0 0 1 1 1"):
+        check(f"the region {body!r} is refused", view.request("/api/region", body)[0] == 400)
+    check("a region is taken", view.request("/api/region", "0.25 0.5 0.75 1")[0] == 200)
+    view.wait(lambda s: s["stage"] != "done", 5)
+    state, pixels = view.wait_done()
+    rows = lambda picture, x0, x1: [picture[4 * (64 * y + x0):4 * (64 * y + x1)] for y in range(18, 36)]
+    inside = zip(b"".join(rows(whole, 16, 48)), b"".join(rows(pixels, 16, 48)))
+    check("it has the pixels of the whole picture, within a step or two", max(abs(a - b) for a, b in inside) <= 8)
+    view.set("camera.roll=5 deg")
+    state, pixels = view.wait_done()
+    check("around it few pixels are shown", state["level"] >= 1 and len(pixels) == 4 * 64 * 36)
+    _, values = view.request("/api/pixel?x=32&y=30")
+    check("values are read inside of it", b'"Z"' in values, values)
+    status, answer = view.post("/api/save_picture", "exr")
+    check("the region is what is saved", status == 200 and os.path.getsize(answer["file"]) > 1000, answer)
+    view.request("/api/region", "")
+    view.wait(lambda s: s["stage"] != "done", 5)
+    _, again = view.wait_done()
+    check("the whole comes back", again != pixels)
+    view.post("/api/undo")
+    view.post("/api/undo")
+
+
+def check_map(view, folder):
+    """Coverage painted by a brush: the program chooses the name of its picture."""
+    check("a scene without clouds has no map", view.request("/api/map?cloud=0")[0] == 422)
+    view.post("/api/add_cloud", "cumulus_humilis")
+    view.set("clouds[0].bake.extent=1 km", "clouds[0].bake.voxel=80 m")
+    status, even = view.request("/api/map?cloud=0")
+    check("the map begins as the cloud's coverage", status == 200 and len(even) == MAP_EDGE ** 2 and len(set(even)) == 1)
+    for body in ("0.5 0.5", "a b c d e", "0.5 0.5 0.1 1 1 1"):
+        check(f"the dab {body!r} is refused", view.post("/api/paint?cloud=0", body)[0] == 400)
+    before = set(os.listdir(folder))
+    status, answer = view.post("/api/paint?cloud=0&gesture=3", "0.25 0.5 0.1 1 0\n0.27 0.5 0.1 1 0")
+    made = set(os.listdir(folder)) - before
+    check("a stroke is taken, and one picture is made", status == 200 and len(made) == 1, (answer, made))
+    path = os.path.join(folder, made.pop())
+    header = open(path, "rb").read(29)
+    check("it is a PNG of one channel of 16 bits", header[:8] == b"\x89PNG\r\n\x1a\n" and header[16:26] == struct.pack(">IIBB", MAP_EDGE, MAP_EDGE, 16, 0))
+    check("it is the cloud's map", view.values()["clouds[0].bake.map.image"] == f'"{path}"')
+    painted = view.request("/api/map?cloud=0")[1]
+    at = lambda picture, x, y: picture[int(y * MAP_EDGE) * MAP_EDGE + int(x * MAP_EDGE)]
+    check("the brush has emptied its place alone", at(painted, 0.25, 0.5) == 0 and at(painted, 0.75, 0.5) == even[0])
+    number = view.picture()[0]["wanted"]
+    view.post("/api/paint?cloud=0&gesture=4", "0.75 0.5 0.1 1 0")
+    check("the next stroke goes to the same file", set(os.listdir(folder)) - before == {os.path.basename(path)})
+    check("and is rendered", view.picture()[0]["wanted"] > number)
+    view.post("/api/unpaint?cloud=0")
+    check("a stroke is taken back", view.request("/api/map?cloud=0")[1] == painted)
+    state, _ = view.wait_done(60)
+    check("the painted cloud is rendered", state["generation"] == state["wanted"] and not state["message"], state["message"])
+    with open(path, "r+b") as file:  # by another program
+        file.write(file.read())
+    number = state["wanted"]
+    os.utime(path, (1, 1))
+    open(os.path.join(folder, "other.png"), "w").close()
+    view.wait(lambda s: s["wanted"] > number, 5)
+    view.wait_done(60)
+    while view.post("/api/undo")[0] == 200:
+        pass
+
+
+def check_frames(program, folder):
+    """Frames of an animation, by their numbers."""
+    path = os.path.join(folder, "frames.yaml")
+    write_scene(path, SCENE + "animate: {camera.position: {keys: [[1, [0, -6 km, 2500 m]], [9, [0, -6 km, 3300 m]]]}}\n")
+    view = View(program, path, "--frames", "1-9x2")
+    _, first = view.wait_done()
+    check("the frames are listed", json.loads(view.request("/api/frames")[1]) == [1, 3, 5, 7, 9])
+    check("a frame is a number", view.post("/api/frame", "many")[0] == 400)
+    view.post("/api/frame", "9")
+    state, last = view.wait_done()
+    check("another frame is another picture", state["frame"] == 9 and last != first, state["frame"])
+    view.post("/api/frame", "1")
+    check("the first comes back", view.wait_done()[1] == first)
+    check("a frame is no edit", json.loads(view.request("/api/edits")[1])["edits"] == [])
+    for frame in (3, 5, 7, 9, 3, 5):
+        view.post("/api/frame", str(frame))
+    check("scrubbing ends in the last frame", view.wait_done()[0]["frame"] == 5)
+    check("the view of frames ends", view.end()[0] == 0)
+
+
+def check_bits(program, folder):
+    """The final picture of the page has the bits of a render of the saved scene."""
+    path = os.path.join(folder, "bits.yaml")
+    write_scene(path, """camera: {position: [0, -5 km, 900 m], look_at: [0, 0, 1400 m], fov: 50 deg, resolution: [64, 36]}
+sun: {elevation: 30 deg, azimuth: 140 deg}
+clouds: [{name: a, bake: {preset: cumulus_humilis, seed: 3, extent: 2 km, voxel: 50 m}}]
+terrain: {ridges: {samples: 65, relief: 300 m}}
+output: {pixel_type: float, aovs: [clouds]}
+render: {quality: draft, samples: 1}
+""")
+    view = View(program, path)
+    view.wait_done(60)
+    for edits in (["sun.elevation=31.5 deg"], ["sun.elevation=31.6 deg", "camera.position=[100 m, -5 km, 950 m]"],
+                  ["terrain.albedo=0.25"], ["clouds[0].bake.coverage=0.5", "camera.fov=40 deg"]):
+        view.set(*edits)
+        state, _ = view.wait_done(60)
+        _, answer = view.post("/api/save_picture", "exr")
+        view.post("/api/save")
+        alone = os.path.join(folder, "alone.exr")
+        subprocess.run([program, "render", path, "--samples", str(state["samples"]), "-o", alone, "-q", "--set", "output.pixel_type=half"],
+                       check=True, stdout=subprocess.DEVNULL)
+        compared = subprocess.run([program, "compare", "--exact", answer["file"], alone], capture_output=True, text=True)
+        check(f"{edits}: the picture has the bits of a render", compared.returncode == 0, compared.stdout + compared.stderr)
+        os.unlink(answer["file"])
+    view.end()
+
+
+def check_two_pages(program, path):
+    """Two clients see the same scene; one that is killed leaves the other its answers."""
+    view = View(program, path)
+    view.wait_done()
+    dead = socket.create_connection((view.host, view.port), 5)
+    dead.sendall(f"GET /api/picture?after=0 HTTP/1.1\r\nHost: 127.0.0.1:{view.port}\r\nX-Nephos-Token: {view.token}\r\n\r\n".encode())
+    dead.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    dead.close()  # a reset while the pixels are sent
+    view.set("camera.roll=2 deg")
+    first, second = view.wait_done(), view.wait_done()
+    check("two pages show the same", first[1] == second[1] and first[0]["edit"] == second[0]["edit"])
+    view.process.kill()
+    view.process.wait()
+
+
 def check_allowed_files(program, path):
     view = View(program, path, "--allow-files")
     check("--allow-files lets the page name files", view.set("output.image=x.exr")[0] == 200)
@@ -418,6 +549,8 @@ def main():
         check_channels(view, folder)
         check_variants(view)
         check_drag(view)
+        check_region(view)
+        check_map(view, folder)
         check_file(view, path)
         check_save(view, path)
         dripping.join(20)
@@ -426,6 +559,9 @@ def main():
         check_allowed_files(program, path)
         check_no_picture(program, path)
         check_bakes(program, folder)
+        check_frames(program, folder)
+        check_bits(program, folder)
+        check_two_pages(program, path)
     return check.failures > 0
 
 

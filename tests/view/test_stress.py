@@ -40,6 +40,13 @@ def edit(view, seed, count):
             view.post("/api/vary", "\n".join(f"terrain.ridges.seed={k}" for k in range(4)))
         elif kind < 0.2:
             view.post("/api/reload?keep=1")
+        elif kind < 0.24:
+            left, top = dice.uniform(0, 0.8), dice.uniform(0, 0.8)
+            view.request("/api/region", dice.choice(["", f"{left} {top} {left + 0.2} {top + 0.2}"]))
+        elif kind < 0.28:
+            view.request("/api/focus", f"{dice.uniform(0, 1)} {dice.uniform(0, 1)}")
+        elif kind < 0.3:
+            view.post("/api/frame", str(dice.randint(1, 9)))
         else:
             view.set(choose_edit(dice), gesture=i // 10)
         if i % 3 == 0:
@@ -53,6 +60,7 @@ def run_clients(view, seed, count):
         client.start()
     for client in clients:
         client.join()
+    view.request("/api/region", "")
     view.set("camera.resolution=[64, 36]", "render.samples=1", "terrain.ridges.seed=0")
     view.wait_done(60)
     return view.resident_bytes()

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows of keys: slider, choice or text, by the schema.
 
-import { edits, getChoices, getEntry, hasSlider, listBasics, loadValues, numbers, schema, values } from "./keys.js";
+import { edits, getChoices, getEntry, given, hasSlider, listBasics, loadValues, numbers, schema, values } from "./keys.js";
 import { act, beginGesture, on, set, setOnce } from "./server.js";
-import { printNumber, unquote } from "./values.js";
+import { printNumber, tidy, unquote } from "./values.js";
 
 const groups = document.getElementById("groups"), search = document.getElementById("find");
 const rows = new Map(); // key: { element, show(value) }
@@ -32,11 +32,12 @@ function makeText(key) {
 function makeSlider(key, entry) {
   const text = makeText(key), steps = 1000, { soft_min: least, soft_max: greatest } = entry;
   const is_logarithmic = entry.scale === "log" && least > 0;
-  const slider = make("input", { type: "range", min: 0, max: steps, step: "any", ariaLabel: key + ", slider" });
+  const step = !entry.step ? "any" : steps * (is_logarithmic ? Math.log1p(entry.step) / Math.log(greatest / least) : entry.step / (greatest - least));
+  const slider = make("input", { type: "range", min: 0, max: steps, step, ariaLabel: key + ", slider" });
   const toValue = at => is_logarithmic ? least * (greatest / least) ** at : least + (greatest - least) * at;
   const toPlace = value => is_logarithmic ? Math.log(value / least) / Math.log(greatest / least) : (value - least) / (greatest - least);
   const show = value => {
-    text.value = value ?? "";
+    text.value = tidy(value);
     if (key in numbers) slider.value = steps * toPlace(numbers[key]);
   };
   slider.onpointerdown = beginGesture;
@@ -54,7 +55,13 @@ function makeControl(key, entry) {
   if (hasSlider(entry)) return makeSlider(key, entry);
   const input = makeText(key);
   input.className = "wide";
-  return [[input], value => { input.value = value ?? ""; }];
+  return [[input], value => { input.value = tidy(value); }];
+}
+
+// Keys that the scene states itself are marked, and those that differ from its file.
+function showOrigin(key, element) {
+  element.classList.toggle("edited", edits.has(key));
+  element.classList.toggle("given", Boolean(given[key]));
 }
 
 function makeRow(key) {
@@ -72,7 +79,7 @@ function makeRow(key) {
   element.dataset.key = key;
   rows.set(key, { element, show, controls });
   show(values[key]);
-  element.classList.toggle("edited", edits.has(key));
+  showOrigin(key, element);
   return element;
 }
 
@@ -119,7 +126,7 @@ async function refresh() {
   for (const watcher of watchers) watcher();
   if (Object.keys(values).join() !== before) return rebuild();
   for (const [key, row] of rows) {
-    row.element.classList.toggle("edited", edits.has(key));
+    showOrigin(key, row.element);
     if (!row.element.classList.contains("bad") || !row.controls.includes(document.activeElement)) row.show(values[key]);
   }
 }

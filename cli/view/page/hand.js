@@ -1,49 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hand: camera and sun by pointer, wheel and keyboard.
 
+import { add, getAxes, getCamera, getPoint, length, setCamera, subtract, turn } from "./camera.js";
 import { values } from "./keys.js";
 import { getPixel, getValues, readOut } from "./picture.js";
-import { beginGesture, record, set, setOnce } from "./server.js";
-import { parseList, parseNumber, printNumber, printPoint } from "./values.js";
+import * as region from "./region.js";
+import { beginGesture, record, set, setAll, setOnce } from "./server.js";
+import { parseNumber, printNumber, printPoint } from "./values.js";
 
 const canvas = document.getElementById("picture");
-
-// ---- Vectors ----
-
-const add = (a, b, scale = 1) => a.map((x, i) => x + scale * b[i]);
-const subtract = (a, b) => add(a, b, -1);
-const length = a => Math.hypot(...a);
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const normalize = a => a.map(x => x / (length(a) || 1));
-
-// Direction by azimuth and elevation, radians, and back.
-const toDirection = ([azimuth, elevation]) =>
-  [Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation)];
-const toAngles = a => [Math.atan2(a[1], a[0]), Math.atan2(a[2], Math.hypot(a[0], a[1]))];
-const turn = (a, azimuth, elevation) => {
-  const [before_azimuth, before_elevation] = toAngles(a);
-  const limit = 1.55;
-  return toDirection([before_azimuth + azimuth, Math.min(limit, Math.max(-limit, before_elevation + elevation))]).map(x => x * length(a));
-};
-
-// ---- Camera ----
-
-function getCamera() { return { eye: parseList(values["camera.position"]), target: parseList(values["camera.look_at"]) }; }
-
-// The keys in force, before the server has them described anew.
-function setCamera({ eye, target }) {
-  const moved = { "camera.position": printPoint(eye), "camera.look_at": printPoint(target) };
-  for (const [key, value] of Object.entries(moved))
-    if (values[key] !== value) {
-      values[key] = value;
-      set(key, value);
-    }
-}
-
-function getAxes({ eye, target }) {
-  const ahead = normalize(subtract(target, eye)), right = normalize(cross(ahead, [0, 0, 1]));
-  return { ahead, right, up: cross(right, ahead) };
-}
 
 const speed = 0.004; // radians a pixel
 
@@ -67,17 +32,6 @@ function fly(camera, [right_steps, ahead_steps, up_steps]) {
   return { eye: add(camera.eye, by), target: add(camera.target, by) };
 }
 
-// Point of the world under a pixel, by its depth along the camera's axis; null where there is nothing.
-async function getPoint(pixel) {
-  const { Z } = await getValues(pixel), camera = getCamera(), { ahead, right, up } = getAxes(camera);
-  if (Z == null) return null;
-  const lens = parseNumber(values["camera.focal_length"]), fov = parseNumber(values["camera.fov"]) * Math.PI / 180;
-  const half_width = Number.isNaN(lens) ? Math.tan(fov / 2) : parseNumber(values["camera.sensor"]) / 2 / lens;
-  const x = (2 * (pixel[0] + 0.5) / canvas.width - 1) * half_width;
-  const y = (1 - 2 * (pixel[1] + 0.5) / canvas.height) * half_width * canvas.height / canvas.width;
-  return add(add(add(camera.eye, ahead, Z), right, x * Z), up, y * Z);
-}
-
 // ---- Sun ----
 
 const minute_ms = 60000;
@@ -85,8 +39,10 @@ const minute_ms = 60000;
 // Moves the sun: by the time of day where the scene gives one, else by its angles.
 function moveSun(from, x, y) {
   if (from.time) return set("sun.time", new Date(from.time + Math.round(x / 2) * minute_ms).toISOString().slice(0, 16) + "Z");
-  set("sun.azimuth", printNumber((from.azimuth + x * 0.2 + 360) % 360, "deg"));
-  set("sun.elevation", printNumber(Math.min(90, Math.max(-18, from.elevation - y * 0.15)), "deg"));
+  setAll({
+    "sun.azimuth": printNumber((from.azimuth + x * 0.2 + 360) % 360, "deg"),
+    "sun.elevation": printNumber(Math.min(90, Math.max(-18, from.elevation - y * 0.15)), "deg"),
+  });
 }
 
 function getSun() {
@@ -102,20 +58,43 @@ function chooseMove(event) {
 }
 
 let drag = null;
+const fingers = new Map(); // pointers of a touch, by their numbers
+
+// Two fingers: their distance dollies, their middle pans.
+function beginPinch() {
+  const [a, b] = fingers.values();
+  drag = { camera: getCamera(), apart: Math.max(1, Math.hypot(a.x - b.x, a.y - b.y)), x: (a.x + b.x) / 2, y: (a.y + b.y) / 2 };
+}
+
+function pinch() {
+  const [a, b] = fingers.values(), apart = Math.max(1, Math.hypot(a.x - b.x, a.y - b.y));
+  const panned = moves.pan(drag.camera, (a.x + b.x) / 2 - drag.x, (a.y + b.y) / 2 - drag.y);
+  setCamera(dolly(panned, drag.apart / apart));
+}
 
 canvas.onpointerdown = event => {
   canvas.setPointerCapture(event.pointerId);
   canvas.focus();
+  if (region.beginDrag(event)) return;
   beginGesture();
+  if (event.pointerType === "touch") fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  if (fingers.size === 2) return beginPinch();
   drag = { x: event.clientX, y: event.clientY, move: chooseMove(event), sun: event.ctrlKey && getSun(), camera: getCamera() };
 };
 canvas.onpointermove = event => {
+  if (region.drag(event)) return;
+  if (fingers.has(event.pointerId)) fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  if (fingers.size === 2 && drag?.apart) return pinch();
   if (!drag) return readOut(event);
   const x = event.clientX - drag.x, y = event.clientY - drag.y;
   if (drag.sun) moveSun(drag.sun, x, y);
   else setCamera(drag.move(drag.camera, x, y));
 };
-canvas.onpointerup = canvas.onpointercancel = () => { drag = null; };
+canvas.onpointerup = canvas.onpointercancel = event => {
+  region.endDrag();
+  fingers.delete(event.pointerId);
+  drag = null;
+};
 canvas.oncontextmenu = event => event.preventDefault();
 
 let last_wheel = 0;
@@ -128,7 +107,8 @@ canvas.onwheel = event => {
 };
 
 canvas.ondblclick = async event => {
-  const point = await getPoint(getPixel(event)).catch(() => null);
+  const pixel = getPixel(event), { Z } = await getValues(pixel).catch(() => ({}));
+  const point = getPoint(pixel, Z, canvas.width, canvas.height);
   if (point) setOnce("camera.look_at", printPoint(point));
 };
 

@@ -6,6 +6,7 @@ import { getJson } from "./server.js";
 export const schema = {};
 export let values = {};  // texts, as the scene has them
 export let numbers = {}; // the numbers among them, in the unit of the schema
+export let given = {};   // whether the scene states a key itself
 export let file = "";        // path of the scene
 export let edits = new Map(); // keys that differ from the file, null where they are taken away
 
@@ -20,6 +21,7 @@ export async function loadValues() {
   const [described, changed] = await Promise.all([getJson("/api/values"), getJson("/api/edits")]);
   values = described.values;
   numbers = described.numbers;
+  given = described.given;
   file = described.file;
   edits = new Map(changed.edits.map(edit => [edit.key, edit.value]));
 }

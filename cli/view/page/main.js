@@ -3,10 +3,14 @@
 
 import * as bookmarks from "./bookmarks.js";
 import * as controls from "./controls.js";
+import "./dome.js";
 import "./hand.js";
 import { countClouds, edits, file, getChoices, getEntry, loadSchema, values } from "./keys.js";
 import * as picture from "./picture.js";
+import * as plan from "./plan.js";
+import * as region from "./region.js";
 import { act, follow, getJson, on, post, record, setOnce } from "./server.js";
+import * as timeline from "./timeline.js";
 import * as variants from "./variants.js";
 import { parseWords, printShare, unquote } from "./values.js";
 
@@ -28,7 +32,10 @@ function showState(state) {
   part("message").textContent = part("message").title = state.file_fault || state.message;
 }
 
+let hidden = []; // indices of clouds that are off
+
 function showDocument(state) {
+  if (String(hidden) !== String(state.hidden)) hidden = state.hidden, showClouds();
   part("undo").disabled = !state.undo;
   part("redo").disabled = !state.redo;
   part("news").hidden = !state.news;
@@ -88,6 +95,7 @@ const buttons = {
   "news-drop": () => act("/api/reload"),
   "add-cloud": () => act("/api/add_cloud", part("preset").value),
   "remove-cloud": () => act("/api/unset", `clouds[${part("cloud").value}]`),
+  "toggle-cloud": () => act("/api/toggle_cloud?cloud=" + part("cloud").value),
   seeds: () => toggleVariants("seeds", variants.offerSeeds),
   presets: () => toggleVariants("presets", variants.offerPresets),
 };
@@ -97,7 +105,7 @@ document.onkeydown = event => {
   const is_text = event.target.matches("input[type=text], input[type=search], textarea, select");
   const key = event.key.toLowerCase(), has_control = event.ctrlKey || event.metaKey;
   const action = has_control ? { z: event.shiftKey ? buttons.redo : buttons.undo, s: buttons.save }[key]
-    : is_text ? null : { p: buttons.pin, 1: buttons.exact, "/": () => part("find").focus() }[key];
+    : is_text ? null : { p: buttons.pin, r: region.toggle, 1: buttons.exact, "/": () => part("find").focus() }[key];
   if (!action) return;
   event.preventDefault();
   action();
@@ -112,21 +120,27 @@ function fill(select, entries, chosen) {
 }
 
 function showClouds() {
-  const names = Array.from({ length: countClouds() }, (_, i) => [i, unquote(values[`clouds[${i}].name`])]);
+  const names = Array.from({ length: countClouds() }, (_, i) => [i, unquote(values[`clouds[${i}].name`]) + (hidden.includes(i) ? " (off)" : "")]);
   const chosen = Math.min(part("cloud").value || 0, Math.max(names.length - 1, 0));
   fill(part("cloud"), names, chosen);
-  part("cloud").disabled = part("remove-cloud").disabled = !names.length;
+  for (const id of ["cloud", "remove-cloud", "toggle-cloud", "seeds", "presets"]) part(id).disabled = !names.length;
+  part("toggle-cloud").setAttribute("aria-pressed", hidden.includes(chosen));
   fill(part("preset"), getChoices(getEntry("clouds[].bake.preset")).map(name => [name, name.replaceAll("_", " ")]), part("preset").value || "cumulus_mediocris");
   controls.chooseCloud(chosen);
+  plan.choose(chosen);
 }
 
-part("cloud").onchange = () => controls.chooseCloud(Number(part("cloud").value));
+part("cloud").onchange = () => {
+  controls.chooseCloud(Number(part("cloud").value));
+  plan.choose(Number(part("cloud").value));
+};
 
 // Channels that the picture has; the others of the schema are added to the scene when they are chosen.
 async function showChannels() {
   const present = await getJson("/api/channels");
   const absent = getEntry("output.aovs").choices.filter(name => !present.includes(name));
-  fill(part("channel"), [["", "picture"], ...present.map(name => [name, name]), ...absent.map(name => ["+" + name, name + " (render)"])],
+  const label = name => ({ standard_error: "error map: standard error", Z: "depth" })[name] ?? name.replaceAll("_", " ");
+  fill(part("channel"), [["", "picture"], ...present.map(name => [name, label(name)]), ...absent.map(name => ["+" + name, label(name) + " (render)"])],
     part("channel").value);
 }
 
@@ -149,6 +163,7 @@ on("edit", (keys, answer) => {
 on("fault", showRefusal);
 on("picture", (state, pixels) => {
   if (pixels) picture.draw(state, pixels);
+  timeline.follow(state, pixels);
   showState(state);
   showDocument(state);
   variants.follow(state.variants);
@@ -162,6 +177,7 @@ on("picture", (state, pixels) => {
 try {
   await loadSchema();
   await controls.start();
+  await timeline.start();
   record.ready = true;
   follow();
 } catch (fault) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The picture: its pixels at the right size, pinned pictures beside it, values under the pointer, its histogram.
 
-import { getJson } from "./server.js";
+import { getPoint } from "./camera.js";
+import { getJson, post } from "./server.js";
 
 const stage = document.getElementById("stage"), frame = document.getElementById("frame");
 const canvas = document.getElementById("picture"), pinned = document.getElementById("pinned");
@@ -97,7 +98,26 @@ export async function getValues([x, y]) { return getJson(`/api/pixel?x=${x}&y=${
 
 let is_reading = false;
 
+// Optical depth of the clouds: of its channel, or by their opacity.
+function getOpticalDepth(values) {
+  if (values.optical_depth != null) return values.optical_depth.toPrecision(3);
+  return values.A == null ? "–" : values.A < 0.9999 ? Math.abs(Math.log(1 - values.A)).toPrecision(2) : "above 9";
+}
+
+const printKilometres = metres => (metres / 1000).toPrecision(3) + " km";
+
+let focus_sent = 0;
+
+// Names the place of the pointer, from which tiles are rendered outwards.
+function sendFocus([x, y]) {
+  if (performance.now() - focus_sent < 300) return;
+  focus_sent = performance.now();
+  const share = (at, size) => Math.min(1, Math.max(0, at / size)).toFixed(3);
+  post("/api/focus", share(x, canvas.width) + " " + share(y, canvas.height)).catch(() => {});
+}
+
 export async function readOut(event) {
+  sendFocus(getPixel(event));
   if (is_reading) return;
   is_reading = true;
   const pixel = getPixel(event), values = await getValues(pixel).catch(() => ({}));
@@ -105,8 +125,9 @@ export async function readOut(event) {
   if (!("R" in values)) return;
   const luminance = 0.2126 * values.R + 0.7152 * values.G + 0.0722 * values.B;
   const parts = [`${pixel[0]}, ${pixel[1]}`, [values.R, values.G, values.B].map(x => x.toPrecision(3)).join(" ") + " W/m²/sr/nm"];
-  parts.push(`Y ${luminance.toPrecision(3)} = 2^${Math.log2(luminance).toFixed(1)}`);
-  if (values.Z != null) parts.push(values.Z > 2000 ? (values.Z / 1000).toPrecision(3) + " km" : values.Z.toPrecision(3) + " m");
+  parts.push(`Y ${luminance.toPrecision(3)} = 2^${Math.log2(luminance).toFixed(1)}`, "τ " + getOpticalDepth(values));
+  const point = getPoint(pixel, values.Z, canvas.width, canvas.height);
+  if (point) parts.push(printKilometres(values.Z) + " deep", "at " + point.map(x => (x / 1000).toFixed(2)).join(", ") + " km");
   readout.textContent = parts.join(" · ");
 }
 

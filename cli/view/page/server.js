@@ -18,6 +18,12 @@ export async function getJson(path) {
   return reply.json();
 }
 
+export async function getBytes(path) {
+  const reply = await fetch(path, { headers, cache: "no-store" });
+  if (!reply.ok) throw new Error(await reply.text());
+  return new Uint8Array(await reply.arrayBuffer());
+}
+
 // An answer of a JSON line and pixels behind it, or null where there are none.
 export async function getPictures(path) {
   const reply = await fetch(path, { headers, cache: "no-store" });
@@ -48,7 +54,7 @@ const listeners = { edit: [], picture: [], fault: [] };
 
 export function on(event, listener) { listeners[event].push(listener); }
 
-function tell(event, ...what) { for (const listener of listeners[event]) listener(...what); }
+export function tell(event, ...what) { for (const listener of listeners[event]) listener(...what); }
 
 // Begins a gesture: its edits are undone together.
 export function beginGesture() { gesture = Date.now(); }
@@ -73,6 +79,12 @@ async function send() {
 
 export function set(key, value) {
   waiting.set(key, value);
+  send();
+}
+
+// Sets several keys in one request.
+export function setAll(pairs) {
+  for (const [key, value] of Object.entries(pairs)) waiting.set(key, value);
   send();
 }
 

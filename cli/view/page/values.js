@@ -21,6 +21,12 @@ export function printPoint(point) { return "[" + point.map(x => x.toFixed(2) + "
 
 export function printShare(share) { return share == null ? "–" : (100 * share).toPrecision(2) + " %"; }
 
+// A value as a person would write it: lengths of lenses and films in millimetres.
+export function tidy(text) {
+  const match = /^(0\.0\d*) m$/.exec(text ?? "");
+  return match ? printNumber(1000 * Number(match[1]), "mm") : text ?? "";
+}
+
 // Words of a list: "[depth, sun]", or none.
 export function parseWords(text) { return (text ?? "").match(/[a-z_]+/g)?.filter(word => word !== "none") ?? []; }
 
