@@ -10,8 +10,8 @@
 #include "view_clock.h"
 
 /* Coarse pictures have a 16th of the pixels, at one sample. While clouds and ground are those of the last full picture,
- * they share these with it, and light that is near their own; else they have a renderer of their own, which bakes
- * clouds as coarse as few pixels need. */
+ * they share these with it, and light that is near their own; else they have a renderer of their own, with clouds and
+ * heights half as fine, and octaves in place of the solution of multiple scattering. */
 enum { COARSE_DIVISOR = 4, SAMPLES_MAX = 1024 };
 
 /* Noise that the eye does not see, a step of 8 bits in a mid grey. */
@@ -187,7 +187,9 @@ static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out)
   out->width = (step->width + divisor - 1) / divisor;
   out->height = (step->height + divisor - 1) / divisor;
   cli_view_step_get_window(step->level ? step : NULL, out->width, out->height, out->crop_min, out->crop_max);
-  out->detail_height = has_own_renderer(worker) ? (out->height + 1) / 2 : step->height;
+  out->detail_height = has_own_renderer(worker) ? (step->height + 1) / 2 : step->height;
+  const bool is_solved = out->multiple_scattering == NEPH_MULTIPLE_SCATTERING_ORDINATES;
+  if (has_own_renderer(worker) && is_solved) out->multiple_scattering = NEPH_MULTIPLE_SCATTERING_OCTAVES;
   out->progress = report;
   out->tile = show_tile;
   out->progress_user = out->tile_user = worker;

@@ -23,8 +23,10 @@ class View:
     """The program, started on a scene, and its address."""
 
     def __init__(self, program, scene, *options):
+        # A shell has jobs in its background ignore interrupts, and what these start.
         self.process = subprocess.Popen([program, "view", scene, "--threads", "2", *options], text=True,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
         atexit.register(self.process.kill) # a test that fails leaves no program behind
         self.url = self.process.stdout.readline().strip()
         assert self.url, self.process.stderr.read()
