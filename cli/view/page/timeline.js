@@ -4,7 +4,7 @@
 import { getJson, post, record } from "./server.js";
 
 const part = id => document.getElementById(id);
-const slider = part("frame"), play = part("play"), canvas = part("picture");
+const slider = part("frame-slider"), play = part("play"), canvas = part("picture");
 const kept_max = 200;
 let frames = [1], is_playing = false, wanted = -1, is_asking = false, edit_kept = 0;
 const kept = new Map(); // frame: picture
