@@ -397,6 +397,8 @@ static const cli_option options[] = {
      .meaning = "map names of files in the scene by the rules in FILE, which Open Job Description writes"},
     {.name = "--log", .argument = "FILE", .take = take_text, .field = INTO(log_path), .is_common = true, .files = "",
      .meaning = "add messages, stages and results to FILE, each with its time in UTC"},
+    {.name = "--loop-log", .argument = "FILE", .take = take_text, .field = INTO(loop_log), .is_hidden = true,
+     .files = "", .meaning = "write the CPU time of each piece of each parallel loop to FILE"},
     {.name = "--verbose", .letter = 'v', .take = take_verbose, .is_common = true, .meaning = "print more messages"},
     {.name = "--quiet", .letter = 'q', .take = take_quiet, .is_common = true,
      .meaning = "print warnings and errors only, and no progress"},

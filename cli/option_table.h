@@ -23,6 +23,7 @@ typedef struct cli_option {
   cli_take_fn take;
   size_t field;   /* member of cli_options that the option's argument is stored in */
   bool is_common; /* every verb takes it */
+  bool is_hidden; /* every verb takes it, and no help lists it: it is for benchmarks */
 } cli_option;
 
 size_t cli_option_count(void);

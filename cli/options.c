@@ -19,8 +19,10 @@
 static const char *suggest_option(const cli_options *out, const char *name) {
   const char **names = calloc(cli_option_count(), sizeof *names);
   size_t count = 0;
-  for (size_t i = 0; names && i < cli_option_count(); i++)
-    if (!out->verb || cli_verb_takes(out->verb, cli_option_at(i))) names[count++] = cli_option_at(i)->name + 2;
+  for (size_t i = 0; names && i < cli_option_count(); i++) {
+    const cli_option *option = cli_option_at(i);
+    if (!option->is_hidden && (!out->verb || cli_verb_takes(out->verb, option))) names[count++] = option->name + 2;
+  }
   const char *guess = names ? cli_suggest(name + strspn(name, "-"), names, count) : NULL;
   free(names);
   return guess ? guess - 2 : NULL;

@@ -110,6 +110,7 @@ typedef struct cli_options {
   cli_progress_mode progress;
   const char *log_path;     /* NULL: no log file */
   const char *path_mapping; /* rules for names of files; NULL: none */
+  const char *loop_log;     /* log of parallel loops; NULL: none */
   neph_log_level log_level;
   bool *given;   /* whether each option of the table is given, in its order */
   char *storage; /* memory to which settings point */

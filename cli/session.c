@@ -76,6 +76,7 @@ cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   desc.path_mapping = options->path_mapping;
   desc.cache_size_max_bytes = options->cache_size_max_bytes;
   desc.is_interrupted = is_interrupted;
+  desc.loop_log = options->loop_log;
   neph_result result = neph_context_create(&desc, &session->context);
   neph_names_desc names = NEPH_NAMES_DESC_DEFAULT;
   names.variables = (const char *const *)environ;

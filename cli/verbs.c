@@ -32,7 +32,7 @@ cli_exit cli_verb_fail_unknown(const char *name) {
 }
 
 bool cli_verb_takes(const cli_verb *verb, const cli_option *option) {
-  if (option->is_common) return true;
+  if (option->is_common || option->is_hidden) return true;
   for (const cli_verb_option *own = verb->options; own->name; own++)
     if (!strcmp(own->name, option->name)) return true;
   return false;

@@ -3,9 +3,11 @@
 
 #include <pmmintrin.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "core/loop_log.h"
 #include "core/parallel.h"
 
 enum { ITEMS_MAX = 1000 };
@@ -75,6 +77,141 @@ static void failure_ends_the_loop_and_is_returned(void **state) {
     assert_int_equal(atomic_load(&calls), 10);
     neph_context_destroy(context);
   }
+}
+
+/* ---- Sequences ---- */
+
+/* A table of items; each waits for the one above, the one to the left and, in the last column, for the first item. */
+enum { COLUMNS = 10, ROWS = 30 };
+
+typedef struct table {
+  atomic_uint order[COLUMNS * ROWS]; /* when each item ended, from 1 */
+  atomic_uint ended, early;
+} table;
+
+static void fill_table_waits(np_waits waits[COLUMNS * ROWS]) {
+  for (uint32_t i = 0; i < COLUMNS * ROWS; i++) {
+    waits[i].on[0] = i < COLUMNS ? NP_WAITS_NONE : i - COLUMNS;
+    waits[i].on[1] = i % COLUMNS ? i - 1 : NP_WAITS_NONE;
+    waits[i].on[2] = i % COLUMNS == COLUMNS - 1 ? 0 : NP_WAITS_NONE;
+  }
+}
+
+static neph_result end_item(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  table *t = user;
+  assert_int_equal(end, begin + 1);
+  const bool is_early = (begin >= COLUMNS && !atomic_load(&t->order[begin - COLUMNS])) ||
+                        (begin % COLUMNS && !atomic_load(&t->order[begin - 1]));
+  if (is_early) atomic_fetch_add(&t->early, 1);
+  if (begin % 7 == 0) usleep(50);
+  atomic_store(&t->order[begin], atomic_fetch_add(&t->ended, 1) + 1);
+  return NEPH_OK;
+}
+
+static void an_item_of_a_sequence_follows_those_that_it_waits_for(void **state) {
+  (void)state;
+  static np_waits waits[COLUMNS * ROWS];
+  fill_table_waits(waits);
+  for (unsigned threads = 1; threads <= 8; threads++) {
+    neph_context *context = test_context_create(threads, NULL);
+    table *t = calloc(1, sizeof *t);
+    assert_int_equal(np_parallel_sequence(context, NULL, COLUMNS * ROWS, waits, end_item, t), NEPH_OK);
+    assert_int_equal(atomic_load(&t->ended), COLUMNS * ROWS);
+    assert_int_equal(atomic_load(&t->early), 0);
+    free(t);
+    neph_context_destroy(context);
+  }
+}
+
+static neph_result fail_at_first(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)end, (void)thread;
+  if (begin == 0) return NEPH_ERROR_BAD_FILE;
+  atomic_fetch_add((atomic_uint *)user, 1);
+  return NEPH_OK;
+}
+
+/* Items that wait for one that failed must not wait for ever, nor run. */
+static void a_failure_ends_a_sequence(void **state) {
+  (void)state;
+  static np_waits waits[1000];
+  for (uint32_t i = 0; i < 1000; i++)
+    for (unsigned w = 0; w < NP_WAITS_MAX; w++) waits[i].on[w] = w == 0 && i ? i - 1 : NP_WAITS_NONE;
+  for (unsigned threads = 1; threads <= 4; threads++) {
+    neph_context *context = test_context_create(threads, NULL);
+    atomic_uint calls = 0;
+    assert_int_equal(np_parallel_sequence(context, NULL, 1000, waits, fail_at_first, &calls), NEPH_ERROR_BAD_FILE);
+    assert_int_equal(atomic_load(&calls), 0);
+    neph_context_destroy(context);
+  }
+}
+
+/* ---- Log of loops ---- */
+
+static neph_result spend_2_ms(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)user, (void)thread;
+  const double start_s = np_loop_log_read_clock();
+  while (np_loop_log_read_clock() - start_s < 0.002 * (double)(end - begin)) {}
+  return NEPH_OK;
+}
+
+/* Reads the next line of a log, and whether it has a text. */
+static void expect_line(FILE *file, const char *text, double out_pieces_us[4]) {
+  static char line[4096];
+  assert_non_null(fgets(line, sizeof line, file));
+  assert_non_null(strstr(line, text));
+  const char *at = strstr(line, "\"pieces_us\": [");
+  for (int i = 0; i < 4; i++) out_pieces_us[i] = 0.0;
+  if (at) {
+    at += strlen("\"pieces_us\": [");
+    for (int i = 0; i < 4 && *at != ']'; i++) {
+      char *rest;
+      out_pieces_us[i] = strtod(at, &rest);
+      at = *rest == ',' ? rest + 1 : rest;
+    }
+  }
+}
+
+static void log_has_each_loop_of_its_thread(void **state) {
+  (void)state;
+  char *folder = test_folder_create(), *path = test_path(folder, "loops.json");
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.thread_count = 2;
+  desc.loop_log = path;
+  neph_context *context = NULL;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+  static const np_waits waits[2] = {{{NP_WAITS_NONE, NP_WAITS_NONE, NP_WAITS_NONE}},
+                                    {{NP_WAITS_NONE, 0, NP_WAITS_NONE}}};
+  assert_int_equal(np_parallel_for(context, NULL, 7, 3, spend_2_ms, NULL), NEPH_OK);
+  assert_int_equal(np_parallel_sequence(context, NULL, 2, waits, spend_2_ms, NULL), NEPH_OK);
+  neph_context_destroy(context);
+
+  FILE *file = fopen(path, "r");
+  assert_non_null(file);
+  double us[4];
+  expect_line(file, "\"work\": \"spend_2_ms\", \"caller\": \"log_has_each_loop_of_its_thread\", \"stage\": \"\"", us);
+  assert_true(us[0] >= 6000.0 && us[1] >= 6000.0 && us[2] >= 2000.0 && us[2] < 6000.0 && us[3] == 0.0);
+  expect_line(file, "\"waits\": [[], [0]]}", us);
+  assert_true(us[0] >= 2000.0 && us[1] >= 2000.0);
+  expect_line(file, "\"process_s\": ", us);
+  assert_int_equal(fgetc(file), EOF);
+  fclose(file);
+  free(path);
+  test_folder_destroy(folder);
+}
+
+static void a_log_that_cannot_be_written_is_refused(void **state) {
+  (void)state;
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  neph_context *context = NULL;
+  test_log log;
+  test_log_start(&log);
+  desc.loop_log = "/no/such/folder/loops.json";
+  desc.log = test_log_receive;
+  desc.log_user = &log;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_ERROR_IO);
+  assert_null(context);
+  assert_one_error(&log, "/no/such/folder");
 }
 
 /* ---- Threads ---- */
@@ -384,6 +521,10 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(each_item_is_worked_on_once),
       cmocka_unit_test(failure_ends_the_loop_and_is_returned),
+      cmocka_unit_test(an_item_of_a_sequence_follows_those_that_it_waits_for),
+      cmocka_unit_test(a_failure_ends_a_sequence),
+      cmocka_unit_test(log_has_each_loop_of_its_thread),
+      cmocka_unit_test(a_log_that_cannot_be_written_is_refused),
       cmocka_unit_test(nested_loop_stays_on_its_thread),
       cmocka_unit_test(several_callers_share_a_pool),
       cmocka_unit_test(workers_flush_subnormals_and_callers_on_request),

@@ -59,6 +59,8 @@ typedef struct neph_context_desc {
                                          "pathmapping-1.0" (default NULL: none) */
   neph_interrupt_fn is_interrupted; /**< default NULL: waits for other processes end by a progress callback alone */
   void *interrupt_user;             /**< passed to `is_interrupted` (default NULL) */
+  const char *loop_log; /**< file for the CPU time of each piece of each parallel loop that the calling thread of
+                             neph_context_create starts, for benchmarks of scaling (default NULL: none) */
 } neph_context_desc;
 
 #define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
@@ -66,7 +68,7 @@ typedef struct neph_context_desc {
     .struct_size = sizeof(neph_context_desc), .thread_count = NEPH_THREADS_ALL, .isa_max = NEPH_ISA_X86_64_V4,         \
     .log = NULL, .log_user = NULL, .log_level_max = NEPH_LOG_INFO, .reallocate = NULL, .reallocate_user = NULL,        \
     .module_dir = NULL, .cache_dir = NULL, .cache_size_max_bytes = UINT64_C(4000000000), .path_mapping = NULL,         \
-    .is_interrupted = NULL, .interrupt_user = NULL                                                                     \
+    .is_interrupted = NULL, .interrupt_user = NULL, .loop_log = NULL                                                   \
   }
 
 /** Creates a context and starts its threads.

@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "core/given.h"
 #include "core/isa.h"
+#include "core/loop_log.h"
 #include "core/parallel.h"
 #include "core/path_map.h"
 
@@ -59,6 +60,7 @@ static neph_result fill_owned(neph_context *context, const neph_context_desc *de
   if (!context->disk_cache) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_disk_cache_open(context, desc->cache_dir, desc->cache_size_max_bytes, context->disk_cache);
   if (!result && desc->path_mapping) result = np_path_map_load(context, desc->path_mapping, &context->path_map);
+  if (!result && desc->loop_log) result = np_loop_log_open(context, desc->loop_log, &context->loop_log);
   return result ? result : np_pool_create(context, context->thread_count, &context->pool);
 }
 
@@ -94,6 +96,7 @@ void np_context_retain(neph_context *context) { atomic_fetch_add(&context->refer
 void np_context_release(neph_context *context) {
   if (atomic_fetch_sub(&context->references, 1) != 1) return;
   np_pool_destroy(context, context->pool);
+  np_loop_log_close(context, context->loop_log);
   if (context->disk_cache) np_disk_cache_close(context, context->disk_cache);
   np_alloc_free(context, context->disk_cache);
   np_alloc_free(context, context->module_dir);

@@ -9,6 +9,7 @@
 #include <nephos/context.h>
 
 typedef struct np_pool np_pool;
+typedef struct np_loop_log np_loop_log;
 
 struct neph_context {
   atomic_size_t references; /* the owner's reference, and one for each object */
@@ -25,6 +26,7 @@ struct neph_context {
   struct np_path_map *path_map;     /* NULL: names are not mapped */
   struct np_disk_cache *disk_cache; /* its folder is NULL: no cache */
   np_pool *pool;
+  np_loop_log *loop_log; /* NULL: loops are not logged */
   atomic_size_t allocated_bytes, allocated_bytes_peak;
 };
 

@@ -5,16 +5,19 @@
 #include <math.h>
 #include <pmmintrin.h>
 #include <pthread.h>
+#include <sched.h>
 #include <signal.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <time.h>
 
 #include "core/alloc.h"
+#include "core/loop_log.h"
 
 enum {
   REPORT_INTERVAL_NS = 30000000, /* a cancel must take effect within half a second, a bar should move smoothly */
-  SECOND_NS = 1000000000
+  SECOND_NS = 1000000000,
+  SPINS = 1000 /* looks at a piece that another waits for, before the waiting thread yields */
 };
 
 /* Stack of each thread of a pool, of which a picture takes 0.6 MB; it is also the least stack of the first thread and
@@ -31,6 +34,9 @@ typedef struct loop {
   void *user;
   np_monitor *monitor;
   size_t count, grain;
+  const np_waits *waits;           /* earlier items that each item waits for; NULL: none */
+  atomic_uchar *is_done;           /* marks of items that have ended; NULL without `waits` */
+  np_loop_log *log;                /* NULL: not logged */
   atomic_size_t claimed, finished; /* items handed out, items finished */
   atomic_bool is_stopped;          /* an item failed: no more are handed out */
   neph_result result;              /* guarded by the pool's lock, as the members below */
@@ -226,17 +232,50 @@ bool np_wait_is_cancelled(neph_context *context, const np_monitor *monitor) {
 
 /* ---- Workers ---- */
 
+/* Waits until an item is done. It was handed out before, and items wait for earlier ones alone: it will be. False where
+ * the loop ends first. */
+static bool await_item(const loop *l, uint32_t item) {
+  for (unsigned spins = 0; !atomic_load_explicit(&l->is_done[item], memory_order_acquire); spins++) {
+    if (spins < SPINS) {
+      _mm_pause();
+      continue;
+    }
+    if (atomic_load(&l->is_stopped) || np_monitor_is_cancelled(l->monitor)) return false;
+    sched_yield();
+  }
+  return true;
+}
+
+static bool await_earlier(const loop *l, size_t item) {
+  for (unsigned w = 0; l->waits && w < NP_WAITS_MAX; w++) {
+    const uint32_t earlier = l->waits[item].on[w];
+    assert(earlier < item || earlier == NP_WAITS_NONE);
+    if (earlier != NP_WAITS_NONE && !await_item(l, earlier)) return false;
+  }
+  return true;
+}
+
+static neph_result work_on_piece(loop *l, size_t begin, size_t end, unsigned thread) {
+  if (!l->log) return l->work(l->user, begin, end, thread);
+  const double start_s = np_loop_log_read_clock();
+  const neph_result result = l->work(l->user, begin, end, thread);
+  np_loop_log_note(l->log, begin / l->grain, np_loop_log_read_clock() - start_s);
+  return result;
+}
+
 /* Works on pieces until none is left, one fails or the caller cancels. */
 static neph_result work_on_loop(loop *l, unsigned thread) {
   while (!atomic_load(&l->is_stopped) && !np_monitor_is_cancelled(l->monitor)) {
     const size_t begin = atomic_fetch_add(&l->claimed, l->grain);
     if (begin >= l->count) break;
     const size_t end = l->count - begin > l->grain ? begin + l->grain : l->count;
-    const neph_result result = l->work(l->user, begin, end, thread);
+    if (!await_earlier(l, begin)) break;
+    const neph_result result = work_on_piece(l, begin, end, thread);
     if (result) {
       atomic_store(&l->is_stopped, true);
       return result;
     }
+    if (l->is_done) atomic_store_explicit(&l->is_done[begin], 1, memory_order_release);
     atomic_fetch_add(&l->finished, end - begin);
   }
   return NEPH_OK;
@@ -332,16 +371,33 @@ static bool is_alone(np_pool *pool, const np_monitor *monitor) {
   return is_busy;
 }
 
-neph_result np_parallel_for(neph_context *context, np_monitor *monitor, size_t count, size_t grain, np_parallel_fn work,
-                            void *user) {
-  loop l = {.work = work, .user = user, .monitor = monitor, .count = count, .grain = grain ? grain : 1};
+static neph_result run_loop(neph_context *context, const np_loop_site *site, loop *l) {
   const worker *self = search_worker(context->pool);
+  const size_t piece_count = (l->count + l->grain - 1) / l->grain;
+  l->log = !self && l->count && np_loop_log_begin(context->loop_log, piece_count) ? context->loop_log : NULL;
   neph_result result = NEPH_OK;
-  if (count && (self || is_alone(context->pool, monitor)))
-    result = work_on_loop(&l, self ? self->index : 0);
-  else if (count)
-    result = run_on_pool(context->pool, &l);
-  return result ? result : np_monitor_is_cancelled(monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
+  if (l->count && (self || is_alone(context->pool, l->monitor)))
+    result = work_on_loop(l, self ? self->index : 0);
+  else if (l->count)
+    result = run_on_pool(context->pool, l);
+  if (l->log) np_loop_log_end(l->log, site, l->monitor ? l->monitor->stage : NULL, l->waits);
+  return result ? result : np_monitor_is_cancelled(l->monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
+}
+
+neph_result np_parallel_for_at(const np_loop_site *site, neph_context *context, np_monitor *monitor, size_t count,
+                               size_t grain, np_parallel_fn work, void *user) {
+  loop l = {.work = work, .user = user, .monitor = monitor, .count = count, .grain = grain ? grain : 1};
+  return run_loop(context, site, &l);
+}
+
+neph_result np_parallel_sequence_at(const np_loop_site *site, neph_context *context, np_monitor *monitor, size_t count,
+                                    const np_waits *waits, np_parallel_fn work, void *user) {
+  loop l = {.work = work, .user = user, .monitor = monitor, .count = count, .grain = 1, .waits = waits};
+  l.is_done = np_alloc(context, count, sizeof *l.is_done);
+  if (!l.is_done && count) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = run_loop(context, site, &l);
+  np_alloc_free(context, l.is_done);
+  return result;
 }
 
 typedef struct blocking_job {
@@ -355,9 +411,10 @@ static neph_result run_blocking_job(void *user, size_t begin, size_t end, unsign
   return job->run(job->user);
 }
 
-neph_result np_parallel_run(neph_context *context, np_monitor *monitor, neph_result (*job)(void *user), void *user) {
+neph_result np_parallel_run_at(const np_loop_site *site, neph_context *context, np_monitor *monitor,
+                               neph_result (*job)(void *user), void *user) {
   blocking_job blocking = {job, user};
-  return np_parallel_for(context, monitor, 1, 1, run_blocking_job, &blocking);
+  return np_parallel_for_at(site, context, monitor, 1, 1, run_blocking_job, &blocking);
 }
 
 /* ---- Pool ---- */

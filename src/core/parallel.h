@@ -85,17 +85,41 @@ bool np_wait_is_cancelled(neph_context *context, const np_monitor *monitor);
 /* Works on items [begin, end); `thread` is below the context's thread count and indexes private scratch. */
 typedef neph_result (*np_parallel_fn)(void *user, size_t begin, size_t end, unsigned thread);
 
+/* Place of a loop in the source, for the log of loops. */
+typedef struct np_loop_site {
+  const char *work, *caller; /* names of functions */
+} np_loop_site;
+
+#define NP_LOOP_SITE(work) (&(const np_loop_site){#work, __func__})
+
 /* Runs `work` over [0, count) in pieces of `grain` items handed out in order.
  *
  * Returns the first failure, or NEPH_ERROR_CANCELLED (not logged as an error). Inside a worker it runs serially there.
  * What each item computes must not depend on which thread runs it. `monitor` may be NULL.
  */
-neph_result np_parallel_for(neph_context *context, np_monitor *monitor, size_t count, size_t grain, np_parallel_fn work,
-                            void *user);
+#define np_parallel_for(context, monitor, count, grain, work, user)                                                    \
+  np_parallel_for_at(NP_LOOP_SITE(work), context, monitor, count, grain, work, user)
+neph_result np_parallel_for_at(const np_loop_site *site, neph_context *context, np_monitor *monitor, size_t count,
+                               size_t grain, np_parallel_fn work, void *user);
+
+/* Earlier items of a sequence that an item waits for; NP_WAITS_NONE: none. */
+enum { NP_WAITS_MAX = 3 };
+#define NP_WAITS_NONE UINT32_MAX
+typedef struct np_waits {
+  uint32_t on[NP_WAITS_MAX];
+} np_waits;
+
+/* The same by pieces of one item, each of which begins after those that it waits for have ended. */
+#define np_parallel_sequence(context, monitor, count, waits, work, user)                                               \
+  np_parallel_sequence_at(NP_LOOP_SITE(work), context, monitor, count, waits, work, user)
+neph_result np_parallel_sequence_at(const np_loop_site *site, neph_context *context, np_monitor *monitor, size_t count,
+                                    const np_waits *waits, np_parallel_fn work, void *user);
 
 /* Runs one blocking job (a foreign library's load or build) on a pool thread while the calling thread reports and
  * cancels. */
-neph_result np_parallel_run(neph_context *context, np_monitor *monitor, neph_result (*job)(void *user), void *user);
+#define np_parallel_run(context, monitor, job, user) np_parallel_run_at(NP_LOOP_SITE(job), context, monitor, job, user)
+neph_result np_parallel_run_at(const np_loop_site *site, neph_context *context, np_monitor *monitor,
+                               neph_result (*job)(void *user), void *user);
 
 /* Number of CPUs that the process may use: its affinity mask, limited by the quota of its control group. At least 1. */
 unsigned np_cpu_count(void);
