@@ -1,21 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The order in which tiles of rows are swept. Light of a pair of octants moves from one corner of the plane of rows to
- * the opposite: tiles on a diagonal of it wait for those on the diagonal before, not for each other (the wavefront of
- * Koch, Baker and Alcouffe 1992), so that there is work for many threads, and every face has one writer. */
+ * the opposite: a tile waits for its two neighbours towards the light, not for others on its diagonal (the wavefront of
+ * Koch, Baker and Alcouffe 1992), so that there is work for many threads, and every face has one writer. Opposite pairs
+ * start at opposite corners and share a sum: the pair that comes to a tile second waits for the first. */
 #include "transport/sweep.h"
-
-#include <assert.h>
-#include <string.h>
 
 #include "core/alloc.h"
 #include "core/isa.h"
 
-/* Sweeps one tile in a pair of opposite octants. Tiles are numbered in the order of the light's direction. */
-typedef void (*tile_fn)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread);
+typedef void (*tile_fn)(const np_sweep *sweep, const np_sweep_tile *tile, unsigned thread);
 
-void np_sweep_tile_v1(const np_sweep *, unsigned, int32_t, int32_t, unsigned);
-void np_sweep_tile_v3(const np_sweep *, unsigned, int32_t, int32_t, unsigned);
-void np_sweep_tile_v4(const np_sweep *, unsigned, int32_t, int32_t, unsigned);
+void np_sweep_cross_tile_v1(const np_sweep *, const np_sweep_tile *, unsigned);
+void np_sweep_cross_tile_v3(const np_sweep *, const np_sweep_tile *, unsigned);
+void np_sweep_cross_tile_v4(const np_sweep *, const np_sweep_tile *, unsigned);
 
 static neph_result allocate_faces(np_sweep *s, unsigned pair) {
   const size_t lanes = 2 * (size_t)s->ordinates->block_count * NP_ORDINATE_LANES;
@@ -38,27 +35,31 @@ static neph_result fill_widths(np_sweep *s, int axis) {
   return NEPH_OK;
 }
 
-/* Number of cells of a row, in the order of the light's direction, up to the last active one. */
-static int32_t count_to_last_active(const np_transport_grid *g, unsigned octant, int32_t row) {
-  const int32_t width = g->size[0], *active = g->active + (size_t)row * (size_t)width;
-  int32_t n = width;
-  while (n > 0 && active[octant & 1u ? width - n : n - 1] < 0) n--;
-  return n;
+/* Number of cells of each row up to the last active one, in the order of light up x, and down x. */
+static void fill_ends(const np_transport_grid *g, int32_t (*ends)[2]) {
+  const int32_t width = g->size[0];
+  const bool is_wrapped = g->is_wrapped[0] || g->is_wrapped[1] || g->is_wrapped[2];
+  for (int32_t row = 0; row < g->size[1] * g->size[2]; row++) {
+    const int32_t *active = g->active + (size_t)row * (size_t)width;
+    int32_t first = 0, end = width;
+    while (!is_wrapped && end > 0 && active[end - 1] < 0) end--;
+    while (!is_wrapped && first < end && active[first] < 0) first++;
+    ends[row][0] = end;
+    ends[row][1] = end > first ? width - first : 0;
+  }
 }
 
 /* Fills the reach of rows. Light travels in the positive direction of all three axes of its octant: cells of a row
  * beyond all cloud in this and the following rows are skipped. With a wrapped side, no cell is skipped. */
-static neph_result fill_reach(np_sweep *s, unsigned octant) {
-  const np_transport_grid *g = s->grid;
-  const int32_t rows = g->size[1], layers = g->size[2];
-  const bool is_wrapped = g->is_wrapped[0] || g->is_wrapped[1] || g->is_wrapped[2];
+static neph_result fill_reach(np_sweep *s, int32_t (*ends)[2], unsigned octant) {
+  const int32_t rows = s->grid->size[1], layers = s->grid->size[2];
   int32_t *reach = s->reach[octant] = np_alloc(s->context, (size_t)rows * (size_t)layers, sizeof *reach);
   if (!reach) return NEPH_ERROR_OUT_OF_MEMORY;
   const int32_t next_row = octant & 2u ? -1 : 1, next_layer = octant & 4u ? -rows : rows;
   for (int32_t m = layers; m-- > 0;)
     for (int32_t n = rows; n-- > 0;) {
       const int32_t row = (octant & 4u ? layers - 1 - m : m) * rows + (octant & 2u ? rows - 1 - n : n);
-      int32_t most = is_wrapped ? g->size[0] : count_to_last_active(g, octant, row);
+      int32_t most = ends[row][octant & 1u];
       if (n + 1 < rows && reach[row + next_row] > most) most = reach[row + next_row];
       if (m + 1 < layers && reach[row + next_layer] > most) most = reach[row + next_layer];
       reach[row] = most;
@@ -66,12 +67,85 @@ static neph_result fill_reach(np_sweep *s, unsigned octant) {
   return NEPH_OK;
 }
 
+static neph_result fill_reaches(np_sweep *s) {
+  int32_t(*ends)[2] = np_alloc(s->context, (size_t)s->grid->size[1] * (size_t)s->grid->size[2], sizeof *ends);
+  if (!ends) return NEPH_ERROR_OUT_OF_MEMORY;
+  fill_ends(s->grid, ends);
+  neph_result result = NEPH_OK;
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT && !result; octant++) result = fill_reach(s, ends, octant);
+  np_alloc_free(s->context, ends);
+  return result;
+}
+
+/* ---- Tiles ---- */
+
+typedef struct tile_plan {
+  int32_t tiles_y, tiles_z;
+  uint32_t *index; /* [pair][tile_z][tile_y]: place in the order */
+} tile_plan;
+
+static uint32_t *get_index(const tile_plan *plan, unsigned pair, int32_t y, int32_t z) {
+  return &plan->index[((size_t)pair * (size_t)plan->tiles_z + (size_t)z) * (size_t)plan->tiles_y + (size_t)y];
+}
+
+/* Appends the tiles on a diagonal, y + z, of some pairs. */
+static void append_diagonal(np_sweep *s, const tile_plan *plan, int32_t diagonal, unsigned pair, unsigned pair_end) {
+  const int32_t first_y = diagonal < plan->tiles_z ? 0 : diagonal - plan->tiles_z + 1,
+                middle = plan->tiles_y + plan->tiles_z - 2;
+  for (int32_t y = first_y; y < plan->tiles_y && y <= diagonal; y++)
+    for (unsigned p = pair; p < pair_end; p++) {
+      const bool is_first = 2 * diagonal < middle || (2 * diagonal == middle && p < NP_OCTANT_PAIRS / 2);
+      *get_index(plan, p, y, diagonal - y) = (uint32_t)s->tile_count;
+      s->tiles[s->tile_count++] = (np_sweep_tile){(uint8_t)p, is_first, y, diagonal - y};
+    }
+}
+
+/* Orders tiles by diagonals. On the middle one, where opposite pairs would sweep the same tiles, half of the pairs come
+ * first. */
+static void append_tiles(np_sweep *s, const tile_plan *plan) {
+  for (int32_t d = 0; d < plan->tiles_y + plan->tiles_z - 1; d++) {
+    const bool is_middle = 2 * d == plan->tiles_y + plan->tiles_z - 2;
+    const unsigned step = is_middle ? NP_OCTANT_PAIRS / 2 : NP_OCTANT_PAIRS;
+    for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair += step) append_diagonal(s, plan, d, pair, pair + step);
+  }
+}
+
+static void fill_waits(const np_sweep *s, const tile_plan *plan) {
+  for (size_t i = 0; i < s->tile_count; i++) {
+    const np_sweep_tile *tile = &s->tiles[i];
+    s->waits[i].on[0] = tile->y ? *get_index(plan, tile->pair, tile->y - 1, tile->z) : NP_WAITS_NONE;
+    s->waits[i].on[1] = tile->z ? *get_index(plan, tile->pair, tile->y, tile->z - 1) : NP_WAITS_NONE;
+    const unsigned opposite = tile->pair ^ 3u;
+    s->waits[i].on[2] = tile->is_first
+                            ? NP_WAITS_NONE
+                            : *get_index(plan, opposite, plan->tiles_y - 1 - tile->y, plan->tiles_z - 1 - tile->z);
+  }
+}
+
+static neph_result fill_tiles(np_sweep *s) {
+  tile_plan plan = {(s->grid->size[1] - 1) / NP_SWEEP_TILE_Y + 1, (s->grid->size[2] - 1) / NP_SWEEP_TILE_Z + 1, NULL};
+  const size_t count = NP_OCTANT_PAIRS * (size_t)plan.tiles_y * (size_t)plan.tiles_z;
+  plan.index = np_alloc(s->context, count, sizeof *plan.index);
+  s->tiles = np_alloc(s->context, count, sizeof *s->tiles);
+  s->waits = np_alloc(s->context, count, sizeof *s->waits);
+  const bool has_memory = plan.index && s->tiles && s->waits;
+  if (has_memory) {
+    append_tiles(s, &plan);
+    fill_waits(s, &plan);
+  }
+  np_alloc_free(s->context, plan.index);
+  return has_memory ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- Sweeps ---- */
+
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
                           const np_ordinates *ordinates, const np_cell_air *air, np_sweep *out) {
   *out = (np_sweep){.context = context, .monitor = monitor, .grid = grid, .ordinates = ordinates, .air = *air};
   neph_result result = NEPH_OK;
   for (int axis = 0; axis < 3 && !result; axis++) result = fill_widths(out, axis);
-  for (unsigned octant = 0; octant < NP_OCTANT_COUNT && !result; octant++) result = fill_reach(out, octant);
+  if (!result) result = fill_reaches(out);
+  if (!result) result = fill_tiles(out);
   for (unsigned pair = 0; pair < NP_OCTANT_PAIRS && !result; pair++) result = allocate_faces(out, pair);
   const size_t lanes = 2 * (size_t)grid->size[0] * neph_context_get_thread_count(context);
   out->rows = result ? NULL : np_alloc(context, lanes, NP_ORDINATE_LANES * sizeof *out->rows);
@@ -87,80 +161,28 @@ void np_sweep_clear(np_sweep *s) {
     np_alloc_free(s->context, s->faces[pair].z);
   }
   np_alloc_free(s->context, s->rows);
+  np_alloc_free(s->context, s->tiles);
+  np_alloc_free(s->context, s->waits);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) np_alloc_free(s->context, s->reach[octant]);
   for (int axis = 0; axis < 3; axis++) np_alloc_free(s->context, s->inverse_m[axis]);
   *s = (np_sweep){0};
 }
 
-/* The tiles of one diagonal, of some pairs. */
-typedef struct front {
+typedef struct sweep_job {
   const np_sweep *sweep;
-  tile_fn sweep_tile;
-  int32_t diagonal, first_y, count; /* diagonal = tile_y + tile_z; first tile_y on it; number of tiles on it */
-  unsigned first_pair, pair_count;
-} front;
+  tile_fn cross_tile;
+} sweep_job;
 
-static neph_result sweep_tiles(void *user, size_t begin, size_t end, unsigned thread) {
-  const front *f = user;
-  for (size_t i = begin; i < end; i++) {
-    const int32_t tile_y = f->first_y + (int32_t)(i / f->pair_count);
-    const unsigned pair = f->first_pair + (unsigned)(i % f->pair_count);
-    assert(pair < NP_OCTANT_PAIRS && tile_y <= f->diagonal);
-    f->sweep_tile(f->sweep, pair, tile_y, f->diagonal - tile_y, thread);
-  }
-  return np_monitor_is_cancelled(f->sweep->monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
+static neph_result cross_tiles(void *user, size_t begin, size_t end, unsigned thread) {
+  const sweep_job *job = user;
+  for (size_t i = begin; i < end; i++) job->cross_tile(job->sweep, &job->sweep->tiles[i], thread);
+  return np_monitor_is_cancelled(job->sweep->monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
-static neph_result sweep_front(front *f, unsigned first_pair, unsigned pair_count) {
-  f->first_pair = first_pair;
-  f->pair_count = pair_count;
-  const np_sweep *s = f->sweep;
-  return np_parallel_for(s->context, s->monitor, (size_t)f->count * pair_count, 1, sweep_tiles, f);
-}
-
-/* Floats that one piece of the loop below clears: 256 kB. */
-enum { CLEARED_FLOATS = 1 << 16 };
-
-static size_t count_floats(const np_sweep *s) { return s->grid->active_count * np_harmonics_count(s->grid->degree); }
-
-static neph_result clear_pieces(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  const np_sweep *s = user;
-  const size_t floats = count_floats(s), pieces = floats / CLEARED_FLOATS + 1;
-  for (size_t i = begin; i < end; i++) {
-    const size_t first = i % pieces * CLEARED_FLOATS, left = floats - first;
-    memset(s->out[i / pieces] + first, 0, (left < CLEARED_FLOATS ? left : CLEARED_FLOATS) * sizeof(float));
-  }
-  return NEPH_OK;
-}
-
-/* Sums begin at zero. */
-static neph_result clear_sums(np_sweep *s) {
-  const size_t pieces = count_floats(s) / CLEARED_FLOATS + 1;
-  return np_parallel_for(s->context, s->monitor, NP_SWEEP_PARTS * pieces, 4, clear_pieces, s);
-}
-
-/* Opposite pairs of octants start at opposite ends and share a sum. Where both would sweep the same tiles, one pair
- * waits. */
 neph_result np_sweep_run(np_sweep *s) {
-  static const tile_fn kernels[NP_ISA_COUNT] = {np_sweep_tile_v1, np_sweep_tile_v3, np_sweep_tile_v4};
-  const np_transport_grid *g = s->grid;
-  const int32_t tiles_y = (g->size[1] - 1) / NP_SWEEP_TILE + 1, tiles_z = (g->size[2] - 1) / NP_SWEEP_TILE + 1;
-  neph_result cleared = clear_sums(s);
-  if (cleared) return cleared;
-  front f = {.sweep = s, .sweep_tile = kernels[neph_context_get_isa(s->context)]};
-  for (f.diagonal = 0; f.diagonal < tiles_y + tiles_z - 1; f.diagonal++) {
-    f.first_y = f.diagonal < tiles_z ? 0 : f.diagonal - tiles_z + 1;
-    f.count = (f.diagonal < tiles_y ? f.diagonal : tiles_y - 1) - f.first_y + 1;
-    assert(f.count >= 1);
-    const bool is_middle = 2 * f.diagonal == tiles_y + tiles_z - 2;
-    const unsigned some = is_middle ? NP_OCTANT_PAIRS / 2 : NP_OCTANT_PAIRS;
-    for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair += some) {
-      neph_result result = sweep_front(&f, pair, some);
-      if (result) return result;
-    }
-  }
-  return NEPH_OK;
+  static const tile_fn kernels[NP_ISA_COUNT] = {np_sweep_cross_tile_v1, np_sweep_cross_tile_v3, np_sweep_cross_tile_v4};
+  sweep_job job = {s, kernels[neph_context_get_isa(s->context)]};
+  return np_parallel_sequence(s->context, s->monitor, s->tile_count, s->waits, cross_tiles, &job);
 }
 
 static double sum_column(const np_sweep *s, np_border_way way, size_t column) {

@@ -3,18 +3,27 @@
 #ifndef NP_TRANSPORT_SWEEP_H
 #define NP_TRANSPORT_SWEEP_H
 
+#include "core/parallel.h"
 #include "transport/border.h"
 #include "transport/cell_air.h"
 
 enum {
-  NP_SWEEP_TILE = 16, /* rows along y, and along z, that are swept in one go */
-  NP_SWEEP_PARTS = 2  /* sums, each of two pairs of octants with opposite light along y and z */
+  NP_SWEEP_TILE_Y = 4, /* rows along y, and along z, that are swept in one go */
+  NP_SWEEP_TILE_Z = 2,
+  NP_SWEEP_PARTS = 2 /* sums, each of two pairs of octants with opposite light along y and z */
 };
 
 /* Faces between rows, across y [k][i]; across z [j][i]; and, of wrapped axes, across x [k][j]: eight lanes each. */
 typedef struct np_sweep_faces {
   float *x, *y, *z; /* each begins with [octant of the pair][block] */
 } np_sweep_faces;
+
+/* Rows that are swept in one go, for a pair of octants. Tiles are numbered in the order of the light's direction. */
+typedef struct np_sweep_tile {
+  uint8_t pair;
+  bool is_first; /* the opposite pair adds to the same sums later */
+  int32_t y, z;
+} np_sweep_tile;
 
 typedef struct np_sweep {
   neph_context *context;
@@ -23,7 +32,10 @@ typedef struct np_sweep {
   const np_ordinates *ordinates;
   int32_t *reach[NP_OCTANT_COUNT]; /* number of cells of each row [k][j], from the side where light enters to the last
                                       cell from which it can reach a cloud */
-  float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where a cell's width does not matter to light */
+  size_t tile_count;
+  np_sweep_tile *tiles; /* in an order in which each follows the tiles that it waits for */
+  np_waits *waits;      /* indices of these, of each tile */
+  float *inverse_m[3];  /* 1/width of the cells along each axis; 0 where a cell's width does not matter to light */
   np_sweep_faces faces[NP_OCTANT_PAIRS];
   float *rows;                   /* scratch of each thread: of the cells along x, two octants' lanes */
   float *out[NP_SWEEP_PARTS];    /* [active][harmonic], in the ordinates' order */

@@ -17,7 +17,7 @@
 typedef float lanes __attribute__((vector_size(32), may_alias));
 typedef int32_t mask __attribute__((vector_size(32)));
 
-void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread);
+void NP_KERNEL(np_sweep_cross_tile)(const np_sweep *sweep, const np_sweep_tile *tile, unsigned thread);
 
 /* Light at the faces of a cell, x, y, z. */
 typedef struct face_light {
@@ -46,6 +46,7 @@ typedef struct sweep_block {
   flow flow[2];
   twin *row;
   float *out;
+  bool is_first; /* nothing has been added to the tile's sums in this sweep */
 } sweep_block;
 
 /* Whether any lane is negative, −0 included. */
@@ -158,13 +159,15 @@ static inline void fill_sources(const sweep_block *b, const int32_t *active, uns
   }
 }
 
-/* Adds Σ weight·Y·ψ to the cells' moments. Even harmonics need the sum over the pair of octants, odd ones the
- * difference. */
-static inline void add_moments(const sweep_block *b, const twin *mean, float *moments, unsigned count, unsigned even) {
+/* Adds Σ weight·Y·ψ to the cells' moments, or sets these to it. Even harmonics need the sum over the pair of octants,
+ * odd ones the difference. */
+static inline void add_moments(const sweep_block *b, const twin *mean, float *moments, unsigned count, unsigned even,
+                               bool is_first) {
   const lanes sum = mean->up + mean->down, difference = mean->up - mean->down;
   for (unsigned first = 0; first < count; first += NP_ORDINATE_LANES) {
     const mask number = (mask){0, 1, 2, 3, 4, 5, 6, 7} + (int32_t)first, is_even = number < (int32_t)even;
-    lanes total = *(lanes *)(moments + first);
+    lanes total = {0};
+    if (!is_first) total = *(lanes *)(moments + first);
     for (int d = 0; d < NP_ORDINATE_LANES; d++) {
       lanes shining = (lanes){0} + difference[d];
       if (first + NP_ORDINATE_LANES <= even)
@@ -177,9 +180,10 @@ static inline void add_moments(const sweep_block *b, const twin *mean, float *mo
   }
 }
 
-static inline void store_moments(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
+static inline void store_moments(const sweep_block *b, const int32_t *active, unsigned count, unsigned even,
+                                 bool is_first) {
   for (int32_t i = 0; i < b->sweep->grid->size[0]; i++)
-    if (active[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)active[i] * count, count, even);
+    if (active[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)active[i] * count, count, even, is_first);
 }
 
 /* State of one octant's light during its sweep along a row. */
@@ -292,7 +296,10 @@ __attribute__((always_inline)) static inline void cross_row_of(const sweep_block
   const int32_t *active = grid->active + (size_t)(k * grid->size[1] + j) * (size_t)grid->size[0];
   fill_sources(b, active, count, even);
   cross_cells(b, j, k, active);
-  store_moments(b, active, count, even);
+  if (b->is_first)
+    store_moments(b, active, count, even, true);
+  else
+    store_moments(b, active, count, even, false);
 }
 
 /* The numbers of harmonics that most clouds have are known to the compiler. */
@@ -332,11 +339,14 @@ static flow start_flow(const np_sweep *sweep, unsigned pair, unsigned turn, unsi
                 .z = (lanes *)faces->z + part * (size_t)size[0] * (size_t)size[1]};
 }
 
-static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, unsigned thread, sweep_block *out) {
+static void start_block(const np_sweep *sweep, const np_sweep_tile *tile, unsigned number, unsigned thread,
+                        sweep_block *out) {
   const np_ordinates *o = sweep->ordinates;
+  const unsigned pair = tile->pair;
   *out = (sweep_block){.sweep = sweep,
                        .harmonics = np_harmonics_count(o->degree),
                        .even = o->even_count,
+                       .is_first = tile->is_first && number == 0,
                        .harmonic = o->harmonic[pair][number],
                        .weighted = o->weighted[pair][number],
                        .row = (twin *)sweep->rows + (size_t)thread * (size_t)sweep->grid->size[0],
@@ -351,21 +361,21 @@ typedef struct tile_rows {
   int32_t begin, end;
 } tile_rows;
 
-static tile_rows compute_rows(int32_t size, int32_t tile, bool is_down) {
-  const int32_t low = NP_SWEEP_TILE * (is_down ? (size - 1) / NP_SWEEP_TILE - tile : tile);
-  const int32_t high = low + NP_SWEEP_TILE < size ? low + NP_SWEEP_TILE : size;
+static tile_rows compute_rows(int32_t size, int32_t edge, int32_t tile, bool is_down) {
+  const int32_t low = edge * (is_down ? (size - 1) / edge - tile : tile);
+  const int32_t high = low + edge < size ? low + edge : size;
   return is_down ? (tile_rows){size - high, size - low} : (tile_rows){low, high};
 }
 
 /* Sweeps row by row, each row in all directions, so that its moments stay in the processor's cache. */
-void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread) {
-  const np_transport_grid *grid = sweep->grid;
-  const int32_t *size = grid->size;
-  const bool is_down_y = pair & 1u, is_down_z = pair & 2u;
-  const tile_rows y = compute_rows(size[1], tile_y, is_down_y), z = compute_rows(size[2], tile_z, is_down_z);
+void NP_KERNEL(np_sweep_cross_tile)(const np_sweep *sweep, const np_sweep_tile *tile, unsigned thread) {
+  const int32_t *size = sweep->grid->size;
+  const bool is_down_y = tile->pair & 1u, is_down_z = tile->pair & 2u;
+  const tile_rows y = compute_rows(size[1], NP_SWEEP_TILE_Y, tile->y, is_down_y);
+  const tile_rows z = compute_rows(size[2], NP_SWEEP_TILE_Z, tile->z, is_down_z);
   sweep_block blocks[NP_ORDINATE_BLOCKS_MAX];
   const unsigned count = sweep->ordinates->block_count;
-  for (unsigned number = 0; number < count; number++) start_block(sweep, pair, number, thread, &blocks[number]);
+  for (unsigned number = 0; number < count; number++) start_block(sweep, tile, number, thread, &blocks[number]);
   for (int32_t m = z.begin; m < z.end; m++) {
     const int32_t k = is_down_z ? size[2] - 1 - m : m;
     if (np_monitor_is_cancelled(sweep->monitor)) return;
