@@ -60,6 +60,33 @@ static void heights_are_proportional_to_uplift(void **state) {
   np_erosion_destroy(*state, &two);
 }
 
+/* Fills by relaxation: H = max(h, least H of the neighbours + a hundredth of the spacing), until nothing changes. */
+static void fill_slowly(const float *ground, float spacing, float *out) {
+  for (unsigned i = 0; i < COUNT; i++) out[i] = is_on_rim(i) ? ground[i] : INFINITY;
+  for (bool is_changed = true; is_changed;) {
+    is_changed = false;
+    for (unsigned i = 0; i < COUNT; i++) {
+      if (is_on_rim(i)) continue;
+      float lowest = INFINITY;
+      for (unsigned k = 0; k < 9; k++)
+        if (k != 4) lowest = fminf(lowest, out[i + (k / 3 - 1) * SIDE + k % 3 - 1]);
+      const float filled = fmaxf(ground[i], lowest + 0.01f * spacing);
+      is_changed = is_changed || filled < out[i];
+      out[i] = fminf(out[i], filled);
+    }
+  }
+}
+
+static void basins_are_filled_no_higher_than_they_must(void **state) {
+  np_erosion erosion = make_ground(*state, SIDE, 0.0f);
+  static float expected[COUNT];
+  roughen(&erosion);
+  fill_slowly(erosion.height, erosion.spacing, expected);
+  assert_int_equal(np_erosion_fill_basins(*state, NULL, &erosion), NEPH_OK);
+  for (unsigned i = 0; i < COUNT; i++) assert_true(erosion.height[i] == expected[i]);
+  np_erosion_destroy(*state, &erosion);
+}
+
 /* The lowest neighbours lead from everywhere down to the rim; filling never lowers the ground. */
 static void filled_basins_drain(void **state) {
   np_erosion erosion = make_ground(*state, SIDE, 0.0f), before = make_ground(*state, SIDE, 0.0f);
@@ -111,9 +138,13 @@ static void failed_allocations_leave_nothing_behind(void **state) {
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
   const struct CMUnitTest tests[] = {
-      TEST(a_lone_peak_comes_to_rest), TEST(heights_are_proportional_to_uplift),
-      TEST(filled_basins_drain),       TEST(the_rim_stays_at_zero),
-      TEST(resampling_keeps_a_plane),  TEST(failed_allocations_leave_nothing_behind),
+      TEST(a_lone_peak_comes_to_rest),
+      TEST(heights_are_proportional_to_uplift),
+      TEST(basins_are_filled_no_higher_than_they_must),
+      TEST(filled_basins_drain),
+      TEST(the_rim_stays_at_zero),
+      TEST(resampling_keeps_a_plane),
+      TEST(failed_allocations_leave_nothing_behind),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,10 +2,10 @@
 /* Stream power erosion: ∂h/∂t = U − K·√A·S, with the uplift U, the catchment A upstream of a point, the slope S along
  * the water's way and the erodibility K, here 1.
  *
- * Solved implicitly from the outlets upwards, in one pass over the samples and stable for any time step (Braun and
- * Willett 2013, "A very efficient O(n), implicit and parallel method to solve the stream power equation", eqs. 16 to
- * 22, m = ½, n = 1). As a way to make mountains: Cordonnier et al. 2016, "Large Scale Terrain Generation from Tectonic
- * Uplift and Fluvial Erosion".
+ * Solved implicitly from the outlets upwards, tree by tree of samples that drain to one, and stable for any time step
+ * (Braun and Willett 2013, "A very efficient O(n), implicit and parallel method to solve the stream power equation",
+ * eqs. 16 to 22, m = ½, n = 1). As a way to make mountains: Cordonnier et al. 2016, "Large Scale Terrain Generation
+ * from Tectonic Uplift and Fluvial Erosion".
  *
  * Basins that a refinement leaves are filled once (Barnes et al. 2014, "Priority-flood: An optimal depression-filling
  * and watershed-labeling algorithm", algorithm 3); a pit that opens later drains nowhere and rises until it spills.
@@ -15,6 +15,7 @@
 #include "terrain/erosion.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "core/alloc.h"
 #include "core/math.h"
@@ -27,8 +28,8 @@ static const float smoothing = 0.25f;
 /* Slope of the water surface in a filled basin. */
 static const float basin_slope = 0.01f;
 
-/* Number of samples between two checks for cancelling. */
-enum { CANCEL_STRIDE = 1 << 16, ROWS_PER_PIECE = 16 };
+/* CANCEL_STRIDE is the number of samples between two checks for cancelling. */
+enum { CANCEL_STRIDE = 1 << 16, ROWS_PER_PIECE = 16, OUTLETS_PER_PIECE = 4 };
 
 /* Width of the square, in 256ths of a cell, in which samples are scattered. */
 enum { SCATTER = 230 };
@@ -42,9 +43,8 @@ neph_result np_erosion_create(neph_context *context, unsigned side, float spacin
   if ((out_erosion->height = np_alloc(context, count, sizeof *out_erosion->height)) &&
       (out_erosion->uplift = np_alloc(context, count, sizeof *out_erosion->uplift)) &&
       (out_erosion->catchment = np_alloc(context, count, sizeof *out_erosion->catchment)) &&
-      (out_erosion->receiver = np_alloc(context, count, sizeof *out_erosion->receiver)) &&
-      (out_erosion->order = np_alloc(context, count, sizeof *out_erosion->order)) &&
-      (out_erosion->donors = np_alloc(context, count, sizeof *out_erosion->donors)) &&
+      (out_erosion->link = np_alloc(context, count, sizeof *out_erosion->link)) &&
+      (out_erosion->way = np_alloc(context, count, sizeof *out_erosion->way)) &&
       (out_erosion->place = np_alloc(context, count, sizeof *out_erosion->place)))
     return NEPH_OK;
   np_erosion_destroy(context, out_erosion);
@@ -55,9 +55,8 @@ void np_erosion_destroy(neph_context *context, np_erosion *erosion) {
   np_alloc_free(context, erosion->height);
   np_alloc_free(context, erosion->uplift);
   np_alloc_free(context, erosion->catchment);
-  np_alloc_free(context, erosion->receiver);
-  np_alloc_free(context, erosion->order);
-  np_alloc_free(context, erosion->donors);
+  np_alloc_free(context, erosion->link);
+  np_alloc_free(context, erosion->way);
   np_alloc_free(context, erosion->place);
   *erosion = (np_erosion){0};
 }
@@ -128,168 +127,241 @@ static bool is_on_rim(const np_erosion *erosion, unsigned column, unsigned row) 
   return column == 0 || row == 0 || column + 1 == erosion->side || row + 1 == erosion->side;
 }
 
-typedef struct carve_job {
+/* ---- Drainage ---- */
+
+/* Directions to the neighbours of a sample, and to itself, row by row. */
+enum { WAY_COUNT = 9, WAY_NONE = 4 };
+
+/* No sample. */
+static const uint32_t none = UINT32_MAX;
+
+static uint32_t step(const np_erosion *erosion, uint32_t here, unsigned way) {
+  return (uint32_t)((int64_t)here + ((int)(way / 3) - 1) * (int64_t)erosion->side + (int)(way % 3) - 1);
+}
+
+/* Distance of a neighbour. */
+static float measure_distance(const np_erosion *erosion, uint32_t from, uint32_t to, unsigned way) {
+  const float x = (float)(256 * ((int)(way % 3) - 1) + erosion->place[to][0] - erosion->place[from][0]);
+  const float y = (float)(256 * ((int)(way / 3) - 1) + erosion->place[to][1] - erosion->place[from][1]);
+  return erosion->spacing * (1.0f / 256.0f) * sqrtf(x * x + y * y);
+}
+
+/* Direction of steepest descent; none in a pit and on the rim. */
+static unsigned choose_way(const np_erosion *erosion, unsigned column, unsigned row) {
+  if (is_on_rim(erosion, column, row)) return WAY_NONE;
+  const uint32_t here = row * erosion->side + column;
+  const float height = erosion->height[here];
+  unsigned way = WAY_NONE;
+  float steepest = 0;
+  for (unsigned w = 0; w < WAY_COUNT; w++) {
+    const uint32_t there = step(erosion, here, w);
+    const float fall = height - erosion->height[there];
+    if (!(fall > 0)) continue;
+    const float slope = fall / measure_distance(erosion, here, there, w);
+    if (!(slope > steepest)) continue;
+    steepest = slope;
+    way = w;
+  }
+  return way;
+}
+
+static neph_result route_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_erosion *erosion = user;
+  for (size_t row = begin; row < end; row++)
+    for (unsigned column = 0; column < erosion->side; column++)
+      erosion->way[row * erosion->side + column] = (uint8_t)choose_way(erosion, column, (unsigned)row);
+  return NEPH_OK;
+}
+
+static bool has_neighbour(const np_erosion *erosion, unsigned column, unsigned row, unsigned way) {
+  return column + way % 3 - 1 < erosion->side && row + way / 3 - 1 < erosion->side;
+}
+
+/* Appends the samples that drain directly to a sample to the list of those to visit. */
+static void pile_donors(const np_erosion *erosion, uint32_t here, uint32_t *top) {
+  const unsigned column = here % erosion->side, row = here / erosion->side;
+  for (unsigned way = 0; way < WAY_COUNT; way++) {
+    if (way == WAY_NONE || !has_neighbour(erosion, column, row, way)) continue;
+    const uint32_t there = step(erosion, here, way);
+    if (erosion->way[there] != WAY_COUNT - 1 - way) continue;
+    erosion->link[there] = *top;
+    *top = there;
+  }
+}
+
+/* Number of samples on the rim. */
+static size_t count_outlets(const np_erosion *erosion) { return 4 * ((size_t)erosion->side - 1); }
+
+/* Samples on the rim, one of each edge in turn: trees of neighbouring outlets are of similar size. */
+static uint32_t get_outlet(const np_erosion *erosion, size_t number) {
+  const uint32_t side = erosion->side, edge = side - 1, along = (uint32_t)(number / 4);
+  const uint32_t corner[4] = {0, edge, edge * side + edge, edge * side};
+  const int64_t along_edge[4] = {1, side, -1, -(int64_t)side};
+  return (uint32_t)(corner[number % 4] + along_edge[number % 4] * along);
+}
+
+/* ---- Filling of basins ---- */
+
+/* Samples that are filled wait in a radix heap, whose lowest never falls (Ahuja et al. 1990, "Faster Algorithms for the
+ * Shortest Path Problem"): bucket n has the samples whose heights differ from that of the last sample taken in bit n −
+ * 1 at the highest, as a list through `link`. Then `way` is whether a sample has been reached. */
+enum { BUCKETS = 33 };
+
+typedef struct fill_job {
   np_erosion *erosion;
   np_monitor *monitor;
-  float time;
-} carve_job;
+  uint32_t last; /* key of the last sample taken */
+  uint32_t bucket[BUCKETS];
+} fill_job;
 
-static bool is_stopped(const carve_job *job, size_t i) {
-  return i % CANCEL_STRIDE == 0 && np_monitor_is_cancelled(job->monitor);
+/* Bits that are in the order of the heights. */
+static uint32_t get_key(float height) {
+  uint32_t bits;
+  memcpy(&bits, &height, sizeof bits);
+  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-/* A heap of samples in `order`, the lowest at its root; their heights beside them, where no catchments are yet. */
-
-static void put_sample(np_erosion *erosion, size_t place, uint32_t sample, float height) {
-  erosion->order[place] = sample;
-  erosion->catchment[place] = height;
+static void push_sample(fill_job *job, uint32_t sample) {
+  const uint32_t difference = get_key(job->erosion->height[sample]) ^ job->last;
+  uint32_t *bucket = &job->bucket[difference ? 32 - __builtin_clz(difference) : 0];
+  job->erosion->link[sample] = *bucket;
+  *bucket = sample;
 }
 
-static void move_sample(np_erosion *erosion, size_t to, size_t from) {
-  put_sample(erosion, to, erosion->order[from], erosion->catchment[from]);
-}
-
-static void push_sample(np_erosion *erosion, size_t *count, uint32_t sample) {
-  const float height = erosion->height[sample];
-  size_t i = (*count)++;
-  for (; i > 0 && height < erosion->catchment[(i - 1) / 2]; i = (i - 1) / 2) move_sample(erosion, i, (i - 1) / 2);
-  put_sample(erosion, i, sample, height);
-}
-
-static uint32_t pop_sample(np_erosion *erosion, size_t *count) {
-  const uint32_t lowest = erosion->order[0], last = erosion->order[--*count];
-  const float *heights = erosion->catchment, height = heights[*count];
-  size_t i = 0;
-  for (size_t child; (child = 2 * i + 1) < *count; i = child) {
-    if (child + 1 < *count && heights[child + 1] < heights[child]) child++;
-    if (!(heights[child] < height)) break;
-    move_sample(erosion, i, child);
+/* Takes a lowest sample; `none` where there is no more. */
+static uint32_t pop_sample(fill_job *job) {
+  const np_erosion *erosion = job->erosion;
+  unsigned n = 0;
+  while (n < BUCKETS && job->bucket[n] == none) n++;
+  if (n == BUCKETS) return none;
+  if (n > 0) {
+    uint32_t sample = job->bucket[n], next, least = UINT32_MAX;
+    for (uint32_t s = sample; s != none; s = erosion->link[s]) {
+      const uint32_t key = get_key(erosion->height[s]);
+      least = key < least ? key : least;
+    }
+    job->bucket[n] = none;
+    job->last = least;
+    for (; sample != none; sample = next) {
+      next = erosion->link[sample];
+      push_sample(job, sample);
+    }
   }
-  put_sample(erosion, i, last, height);
+  const uint32_t lowest = job->bucket[0];
+  job->bucket[0] = erosion->link[lowest];
   return lowest;
 }
 
-/* Floods the neighbours of a sample that are not flooded yet: to slightly above it, where they are no higher. */
-static void flood_neighbours(np_erosion *erosion, uint32_t here, size_t *count) {
-  const int64_t side = erosion->side, column = here % side, row = here / side;
+/* Floods the neighbours of a sample that have not been reached: to slightly above it, where they are no higher. */
+static void flood_neighbours(fill_job *job, uint32_t here) {
+  np_erosion *erosion = job->erosion;
+  const unsigned column = here % erosion->side, row = here / erosion->side;
   const float level = erosion->height[here] + basin_slope * erosion->spacing;
-  for (int64_t j = row - 1; j <= row + 1; j++)
-    for (int64_t i = column - 1; i <= column + 1; i++) {
-      if (i < 0 || j < 0 || i >= side || j >= side) continue;
-      const uint32_t there = (uint32_t)(j * side + i);
-      if (erosion->donors[there]) continue;
-      erosion->donors[there] = 1;
-      erosion->height[there] = fmaxf(erosion->height[there], level);
-      push_sample(erosion, count, there);
-    }
+  for (unsigned way = 0; way < WAY_COUNT; way++) {
+    if (!has_neighbour(erosion, column, row, way)) continue;
+    const uint32_t there = step(erosion, here, way);
+    if (erosion->way[there]) continue;
+    erosion->way[there] = 1;
+    erosion->height[there] = np_maxf(erosion->height[there], level);
+    push_sample(job, there);
+  }
 }
 
 static neph_result flood(void *user) {
-  const carve_job *job = user;
+  fill_job *job = user;
   np_erosion *erosion = job->erosion;
-  size_t count = 0;
-  for (size_t i = 0; i < count_samples(erosion); i++) {
-    erosion->donors[i] = is_on_rim(erosion, (unsigned)(i % erosion->side), (unsigned)(i / erosion->side));
-    if (erosion->donors[i]) push_sample(erosion, &count, (uint32_t)i);
+  memset(erosion->way, 0, count_samples(erosion) * sizeof *erosion->way);
+  for (unsigned n = 0; n < BUCKETS; n++) job->bucket[n] = none;
+  for (size_t i = 0; i < count_outlets(erosion); i++) {
+    const uint32_t outlet = get_outlet(erosion, i);
+    erosion->way[outlet] = 1;
+    push_sample(job, outlet);
   }
-  for (size_t done = 0; count > 0; done++) {
-    if (is_stopped(job, done)) return NEPH_ERROR_CANCELLED;
-    flood_neighbours(erosion, pop_sample(erosion, &count), &count);
+  uint32_t here = pop_sample(job);
+  for (size_t done = 0; here != none; done++, here = pop_sample(job)) {
+    if (done % CANCEL_STRIDE == 0 && np_monitor_is_cancelled(job->monitor)) return NEPH_ERROR_CANCELLED;
+    flood_neighbours(job, here);
   }
   return NEPH_OK;
 }
 
 neph_result np_erosion_fill_basins(neph_context *context, np_monitor *monitor, np_erosion *erosion) {
-  carve_job job = {erosion, monitor, 0};
+  fill_job job = {.erosion = erosion, .monitor = monitor};
   return np_parallel_run(context, monitor, flood, &job);
 }
 
-/* Distance between neighbours that are some columns and rows apart. */
-static float measure_distance(const np_erosion *erosion, uint32_t from, uint32_t to, int columns, int rows) {
-  const float x = (float)(256 * columns + erosion->place[to][0] - erosion->place[from][0]);
-  const float y = (float)(256 * rows + erosion->place[to][1] - erosion->place[from][1]);
-  return erosion->spacing * (1.0f / 256.0f) * sqrtf(x * x + y * y);
-}
+/* ---- A step ---- */
 
-/* Steepest downhill neighbour of the eight; the sample itself in a pit or on the border. */
-static uint32_t choose_receiver(const np_erosion *erosion, unsigned column, unsigned row) {
-  const uint32_t here = row * erosion->side + column;
-  if (is_on_rim(erosion, column, row)) return here;
-  uint32_t receiver = here;
-  float steepest = 0;
-  for (int j = -1; j <= 1; j++)
-    for (int i = -1; i <= 1; i++) {
-      const uint32_t there = (uint32_t)((int64_t)here + j * (int64_t)erosion->side + i);
-      const float fall = erosion->height[here] - erosion->height[there];
-      if (!(fall > 0)) continue;
-      const float slope = fall / measure_distance(erosion, here, there, i, j);
-      if (!(slope > steepest)) continue;
-      steepest = slope;
-      receiver = there;
-    }
-  return receiver;
-}
-
-static neph_result route_rows(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  np_erosion *erosion = user;
-  for (size_t row = begin; row < end; row++)
-    for (unsigned column = 0; column < erosion->side; column++) {
-      const size_t here = row * erosion->side + column;
-      erosion->receiver[here] = choose_receiver(erosion, column, (unsigned)row);
-      erosion->donors[here] = 0;
-    }
-  return NEPH_OK;
-}
-
-/* Computes catchments in Kahn's topological order, sources first. */
-static bool gather_catchments(const carve_job *job) {
-  np_erosion *erosion = job->erosion;
-  const size_t count = count_samples(erosion);
-  size_t end = 0;
-  for (size_t i = 0; i < count; i++) {
-    erosion->catchment[i] = erosion->spacing * erosion->spacing;
-    if (erosion->receiver[i] != i) erosion->donors[erosion->receiver[i]]++;
+/* Links all that drains to a root, receivers first, each to the one before; returns the last. */
+static uint32_t link_tree(np_erosion *erosion, uint32_t root) {
+  uint32_t top = root, last = none;
+  erosion->link[root] = none;
+  while (top != none) {
+    const uint32_t here = top;
+    top = erosion->link[here];
+    erosion->link[here] = last;
+    last = here;
+    erosion->catchment[here] = erosion->spacing * erosion->spacing;
+    pile_donors(erosion, here, &top);
   }
-  for (size_t i = 0; i < count; i++)
-    if (!erosion->donors[i]) erosion->order[end++] = (uint32_t)i;
-  for (size_t i = 0; i < end; i++) {
-    if (is_stopped(job, i)) return false;
-    const uint32_t here = erosion->order[i], receiver = erosion->receiver[here];
-    if (receiver == here) continue;
-    erosion->catchment[receiver] += erosion->catchment[here];
-    if (--erosion->donors[receiver] == 0) erosion->order[end++] = receiver;
-  }
-  return true;
+  return last;
 }
 
-static float measure_receiver_distance(const np_erosion *erosion, uint32_t here, uint32_t receiver) {
-  const int32_t side = (int32_t)erosion->side, step = (int32_t)receiver - (int32_t)here;
-  const int rows = step > 1 ? 1 : step < -1 ? -1 : 0;
-  return measure_distance(erosion, here, receiver, step - rows * side, rows);
+/* Adds up catchments from the last sample of a list to its root, and turns the list round. */
+static void gather_catchments(np_erosion *erosion, uint32_t last) {
+  uint32_t next = none;
+  for (uint32_t here = last, before; here != none; next = here, here = before) {
+    if (erosion->way[here] != WAY_NONE)
+      erosion->catchment[step(erosion, here, erosion->way[here])] += erosion->catchment[here];
+    before = erosion->link[here];
+    erosion->link[here] = next;
+  }
 }
+
+typedef struct carve_job {
+  np_erosion *erosion;
+  float time;
+} carve_job;
 
 /* Backward Euler, receivers first: h = (h + U·t + F·h_receiver)/(1 + F) with F = √A·t/distance. */
-static bool cut_valleys(const carve_job *job) {
+static void cut_valleys(const carve_job *job, uint32_t root) {
   np_erosion *erosion = job->erosion;
-  for (size_t i = count_samples(erosion); i-- > 0;) {
-    if (is_stopped(job, i)) return false;
-    const uint32_t here = erosion->order[i], receiver = erosion->receiver[here];
+  for (uint32_t here = root; here != none; here = erosion->link[here]) {
+    const unsigned way = erosion->way[here];
     const float risen = erosion->height[here] + erosion->uplift[here] * job->time;
-    if (receiver == here) {
+    if (way == WAY_NONE) {
       erosion->height[here] = is_on_rim(erosion, here % erosion->side, here / erosion->side) ? 0 : risen;
       continue;
     }
-    const float distance = measure_receiver_distance(erosion, here, receiver);
+    const uint32_t receiver = step(erosion, here, way);
+    const float distance = measure_distance(erosion, here, receiver, way);
     const float power = sqrtf(erosion->catchment[here] + erosion->hillslope_area) * job->time / distance;
     erosion->height[here] = (risen + power * erosion->height[receiver]) / (1.0f + power);
   }
-  return true;
 }
 
-static neph_result carve(void *user) {
+static void carve_tree(const carve_job *job, uint32_t root) {
+  gather_catchments(job->erosion, link_tree(job->erosion, root));
+  cut_valleys(job, root);
+}
+
+/* Carves the trees of outlets, then those of the pits of each row within the rim. */
+static neph_result carve_trees(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
   const carve_job *job = user;
-  return gather_catchments(job) && cut_valleys(job) ? NEPH_OK : NEPH_ERROR_CANCELLED;
+  const np_erosion *erosion = job->erosion;
+  const size_t outlets = count_outlets(erosion);
+  for (size_t i = begin; i < end; i++) {
+    if (i < outlets) {
+      carve_tree(job, get_outlet(erosion, i));
+      continue;
+    }
+    const uint32_t first = (uint32_t)(i - outlets + 1) * erosion->side + 1;
+    for (uint32_t here = first; here < first + erosion->side - 2; here++)
+      if (erosion->way[here] == WAY_NONE) carve_tree(job, here);
+  }
+  return NEPH_OK;
 }
 
 static neph_result smooth_rows(void *user, size_t begin, size_t end, unsigned thread) {
@@ -308,9 +380,10 @@ static neph_result smooth_rows(void *user, size_t begin, size_t end, unsigned th
 }
 
 neph_result np_erosion_step(neph_context *context, np_monitor *monitor, np_erosion *erosion, float time) {
-  carve_job job = {erosion, monitor, time};
+  carve_job carve = {erosion, time};
+  const size_t places = count_outlets(erosion) + erosion->side - 2;
   neph_result result = np_parallel_for(context, monitor, erosion->side, ROWS_PER_PIECE, route_rows, erosion);
-  if (!result) result = np_parallel_run(context, monitor, carve, &job);
+  if (!result) result = np_parallel_for(context, monitor, places, OUTLETS_PER_PIECE, carve_trees, &carve);
   if (!result) result = np_parallel_for(context, monitor, erosion->side, ROWS_PER_PIECE, smooth_rows, erosion);
   float *smoothed = erosion->catchment;
   erosion->catchment = erosion->height;

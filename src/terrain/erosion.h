@@ -13,9 +13,8 @@ typedef struct np_erosion {
   float hillslope_area; /* catchment below which slopes stop steepening, > 0 */
   float *height, *uplift;
   float *catchment;   /* area that drains through each sample; scratch of the smoothing */
-  uint32_t *receiver; /* the neighbour that each sample drains to, or itself */
-  uint32_t *order;    /* every sample before its receiver; the heap of the filling */
-  uint8_t *donors;    /* number of unvisited neighbours that drain to each sample; whether it is flooded */
+  uint32_t *link;     /* lists of samples: of those that drain to one outlet or pit; for the filling */
+  uint8_t *way;       /* direction in which each sample drains; scratch of the filling */
   int8_t (*place)[2]; /* offset of each sample from its lattice point, in 256ths of a cell */
 } np_erosion;
 
