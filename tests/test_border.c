@@ -139,7 +139,7 @@ static void a_square_lights_the_ground_by_its_distance(void **state) {
   assert_non_null(border);
   prepare_border(f->context, border, responses);
   outflow.way[NP_BORDER_DOWN][LIT_V][LIT_U] = 7.0f;
-  np_border_set_outflow(border, 0, &outflow);
+  np_border_set_outflow(f->context, border, 0, &outflow);
   const float *found = border->faces[0].radiance;
   const double h2 = 400.0 * 400.0;
   assert_near_relative((double)found[0], 7.0 * 100.0 * 130.0 / (NP_PI * h2), 0.02);

@@ -218,25 +218,28 @@ static neph_result scatter_points(void *user, size_t begin, size_t end, unsigned
 }
 
 /* Directions spread evenly over the sphere, and their air, from the middle of the lattice. */
-static void aim_directions(const air_fill *f) {
+static neph_result aim_directions(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const air_fill *f = user;
   const np_cloud_gather *g = f->gather;
   const double x = 0.5 * (g->bounds_min.x + g->bounds_max.x), y = 0.5 * (g->bounds_min.y + g->bounds_max.y);
   const double ground = np_cloud_gather_ground(g, x, y).z + clearance_m;
-  for (unsigned i = 0; i < DIRECTIONS; i++) {
-    const double z = 1.0 - (2.0 * i + 1.0) / DIRECTIONS, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+  for (size_t i = begin; i < end; i++) {
+    const double z = 1.0 - (2.0 * (double)i + 1.0) / DIRECTIONS, azimuth = (double)i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
     np_cloud_gather_aim(g, towards, &f->directions[i].gather);
     for (int k = 0; k < LEVELS; k++)
       np_gather_air_trace(g, np_dvec3_make(x, y, fmax(f->out->level_m[k], ground)), towards, &f->directions[i].air[k]);
   }
+  return NEPH_OK;
 }
 
 static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *monitor) {
   const size_t count = count_points(f->out);
-  aim_directions(f);
   np_monitor_set_stage(monitor, "lighting the air");
-  neph_result result = np_parallel_for(context, monitor, count, 8, gather_points, f);
+  neph_result result = np_parallel_for(context, monitor, DIRECTIONS, 1, aim_directions, f);
+  if (!result) result = np_parallel_for(context, monitor, count, 8, gather_points, f);
   for (int pass = 0; pass < PASSES && !result; pass++) {
     result = np_parallel_for(context, monitor, count, 8, scatter_points, f);
     np_lit_air_value *points = f->out->points;

@@ -9,6 +9,7 @@
 #include "cloud/shape_desc.h"
 #include "cloud/thermals.h"
 #include "cloud/waterline.h"
+#include "core/alloc.h"
 #include "core/math.h"
 
 static const float thermal_blend = 0.13f; /* in largest billows */
@@ -27,7 +28,9 @@ neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsign
 
 /* ---- Projection ---- */
 
-enum { SHADOW_EDGE = 128 };
+enum { SHADOW_EDGE = 128, BALLS_PER_PIECE = 1024 };
+
+typedef uint8_t shadow_map[SHADOW_EDGE * SHADOW_EDGE];
 
 static void cast_shadow(const neph_cloud_desc *desc, const np_ball *ball, uint8_t *is_covered) {
   const float cell_m[2] = {(float)desc->extent_m[0] / SHADOW_EDGE, (float)desc->extent_m[1] / SHADOW_EDGE};
@@ -44,18 +47,44 @@ static void cast_shadow(const neph_cloud_desc *desc, const np_ball *ball, uint8_
     }
 }
 
+typedef struct shadow_job {
+  const neph_cloud_desc *desc;
+  const np_ball_level *level;
+  shadow_map *is_covered; /* marks of each thread's balls */
+} shadow_job;
+
+static neph_result cast_shadows(void *user, size_t begin, size_t end, unsigned thread) {
+  const shadow_job *job = user;
+  for (size_t i = begin; i < end; i++) {
+    const np_ball ball = np_ball_level_get(job->level, i);
+    cast_shadow(job->desc, &ball, job->is_covered[thread]);
+  }
+  return NEPH_OK;
+}
+
+static double compute_cover(shadow_map *is_covered, unsigned thread_count) {
+  size_t count = 0;
+  for (int i = 0; i < SHADOW_EDGE * SHADOW_EDGE; i++) {
+    bool is_any = false;
+    for (unsigned t = 0; t < thread_count; t++) is_any = is_any || is_covered[t][i];
+    count += is_any;
+  }
+  return (double)count / (SHADOW_EDGE * SHADOW_EDGE);
+}
+
 /* Share of the field below the stacks of thermals, from their waterline; leaves the heap empty. */
 static neph_result count_shadow(np_cloud_model *model, np_monitor *monitor, double *out_fraction) {
-  uint8_t is_covered[SHADOW_EDGE * SHADOW_EDGE] = {0};
+  neph_context *context = model->balls.context;
+  const unsigned threads = neph_context_get_thread_count(context);
+  shadow_job job = {.desc = &model->desc, .is_covered = np_alloc(context, threads, sizeof *job.is_covered)};
+  if (!job.is_covered) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_thermals_build(model, monitor, 1);
-  for (unsigned l = 0; l < model->balls.level_count; l++)
-    for (size_t i = 0; i < model->balls.levels[l].count && !result; i++) {
-      const np_ball ball = np_ball_level_get(&model->balls.levels[l], i);
-      cast_shadow(&model->desc, &ball, is_covered);
-    }
-  size_t count = 0;
-  for (int i = 0; i < SHADOW_EDGE * SHADOW_EDGE; i++) count += is_covered[i];
-  *out_fraction = (double)count / (SHADOW_EDGE * SHADOW_EDGE);
+  for (unsigned l = 0; l < model->balls.level_count && !result; l++) {
+    job.level = &model->balls.levels[l];
+    result = np_parallel_for(context, monitor, job.level->count, BALLS_PER_PIECE, cast_shadows, &job);
+  }
+  *out_fraction = compute_cover(job.is_covered, threads);
+  np_alloc_free(context, job.is_covered);
   np_ball_heap_cut(&model->balls, 0);
   return result;
 }

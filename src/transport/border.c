@@ -116,14 +116,14 @@ static neph_result trace_air(void *user, size_t begin, size_t end, unsigned thre
       a->whole[h] = np_sky_trace_air(sky, from, towards, INFINITY);
     }
     const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(sky, towards);
+    const np_sky_ray ray = np_sky_ray_start(sky, towards);
     for (int c = 1; c <= AIR_CELLS; c++) {
-      a->all[c] = np_sky_aerial_orders(sky, towards, compute_cell_end(c), &a->first[c]).inscatter;
-      const np_even_inscatter even = np_sky_compute_even_inscatter(sky, towards, compute_cell_end(c), &shares);
+      a->all[c] = np_sky_ray_get_air(&ray, compute_cell_end(c), &a->first[c]).inscatter;
+      const np_even_inscatter even = np_sky_compute_even_inscatter(&ray, compute_cell_end(c), &shares);
       a->even[c][NP_BORDER_DOWN] = even.upper;
       a->even[c][NP_BORDER_UP] = even.lower;
     }
-    np_spectrum unused;
-    a->all_whole = np_sky_aerial_orders(sky, towards, INFINITY, &unused).inscatter;
+    a->all_whole = np_sky_ray_get_air(&ray, INFINITY, NULL).inscatter;
   }
   return NEPH_OK;
 }

@@ -115,7 +115,7 @@ neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
 void np_border_clear(neph_context *context, np_border *border);
 
 /* Renews a band's faces for the light that leaves the box, in place of that in clear air. */
-void np_border_set_outflow(np_border *border, unsigned band, const np_outflow *outflow);
+void np_border_set_outflow(neph_context *context, np_border *border, unsigned band, const np_outflow *outflow);
 
 /* Distance of a level from the box, and the level nearest to a distance. */
 double np_border_get_level(const np_border *border, np_border_way way, int level);

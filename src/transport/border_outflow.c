@@ -5,6 +5,8 @@
 
 #include "transport/border.h"
 
+#include "core/math.h"
+#include "core/parallel.h"
 #include "core/units.h"
 
 enum {
@@ -105,24 +107,48 @@ int np_border_search_level(const np_border *border, np_border_way way, double di
   return (int)np_clamp(floor(share * (NP_BORDER_LEVELS - 1) + 0.5), 0.0, NP_BORDER_LEVELS - 1);
 }
 
-void np_border_set_outflow(np_border *border, unsigned band, const np_outflow *outflow) {
-  np_border_reset(border, band);
-  float *faces = border->faces[band].radiance;
-  float plan[PLAN_SQUARES], excess[NP_BORDER_WAYS * NP_BORDER_LEVELS * WIDE_SQUARES];
-  for (int way = 0; way < NP_BORDER_WAYS; way++) {
-    for (int n = 0; n < PLAN_SQUARES; n++) {
-      const int v = n / NP_BORDER_PLAN, u = n % NP_BORDER_PLAN;
-      plan[n] = np_border_compute_excess(border, band, (np_border_way)way, v, u, outflow->way[way][v][u]);
-    }
-    for (int level = 0; level < NP_BORDER_LEVELS; level++)
-      spread_excess(border, plan, np_border_get_level(border, (np_border_way)way, level),
-                    excess + (way * NP_BORDER_LEVELS + level) * WIDE_SQUARES);
+typedef struct outflow_job {
+  np_border *border;
+  unsigned band;
+  float plan[NP_BORDER_WAYS][PLAN_SQUARES];                       /* excess over the plan */
+  float excess[NP_BORDER_WAYS * NP_BORDER_LEVELS * WIDE_SQUARES]; /* [way][level][square] */
+} outflow_job;
+
+static neph_result spread_levels(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  outflow_job *job = user;
+  for (size_t n = begin; n < end; n++) {
+    const np_border_way way = (np_border_way)(n / NP_BORDER_LEVELS);
+    spread_excess(job->border, job->plan[way], np_border_get_level(job->border, way, (int)(n % NP_BORDER_LEVELS)),
+                  job->excess + n * WIDE_SQUARES);
   }
-  for (int node = 0; node < FACES * NODES * NODES; node++)
-    for (size_t i = 0; i < border->responses[node].count; i++) {
-      const np_border_response *r = &border->responses[node].at[i];
-      faces[r->radiance] += r->gain.band[band] * excess[r->square];
+  return NEPH_OK;
+}
+
+/* Adds the responses of nodes, none of which has a radiance of another's. */
+static neph_result light_nodes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const outflow_job *job = user;
+  float *faces = job->border->faces[job->band].radiance;
+  for (size_t node = begin; node < end; node++)
+    for (size_t i = 0; i < job->border->responses[node].count; i++) {
+      const np_border_response *r = &job->border->responses[node].at[i];
+      faces[r->radiance] += r->gain.band[job->band] * job->excess[r->square];
     }
+  return NEPH_OK;
+}
+
+void np_border_set_outflow(neph_context *context, np_border *border, unsigned band, const np_outflow *outflow) {
+  np_border_reset(border, band);
+  outflow_job job = {.border = border, .band = band};
+  for (int n = 0; n < NP_BORDER_WAYS * PLAN_SQUARES; n++) {
+    const int way = n / PLAN_SQUARES, v = n % PLAN_SQUARES / NP_BORDER_PLAN, u = n % NP_BORDER_PLAN;
+    job.plan[way][n % PLAN_SQUARES] =
+        np_border_compute_excess(border, band, (np_border_way)way, v, u, outflow->way[way][v][u]);
+  }
+  (void)np_parallel_for(context, NULL, NP_BORDER_WAYS * NP_BORDER_LEVELS, 1, spread_levels, &job);
+  (void)np_parallel_for(context, NULL, FACES * NODES * NODES, 4, light_nodes, &job);
+  float *radiance = border->faces[band].radiance;
   const size_t count = np_border_count_radiances(border->faces[band].block_count);
-  for (size_t i = 0; i < count; i++) faces[i] = fmaxf(faces[i], 0.0f);
+  for (size_t i = 0; i < count; i++) radiance[i] = np_maxf(radiance[i], 0.0f);
 }

@@ -136,8 +136,8 @@ static neph_result light_rows(void *user, size_t first, size_t last, unsigned th
 }
 
 neph_result np_cell_air_fill(const np_transport_grid *grid, const np_world *world,
-                                  const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
-                                  np_cell_air *out) {
+                             const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
+                             np_cell_air *out) {
   if (!is_lit(grid, world)) return NEPH_OK;
   const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
   out->sunlit = np_alloc(grid->context, count, sizeof *out->sunlit);

@@ -7,9 +7,11 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/math.h"
+#include "core/parallel.h"
 #include "transport/diffusion_system.h"
 
-enum { COARSEST = 200 };
+enum { COARSEST = 200, UNKNOWNS_PER_PIECE = 4096 };
 
 static const float link_least = 0.05f, coarse_link_share = 0.5f;
 
@@ -48,20 +50,23 @@ static void split(const int32_t size[3], int32_t cell, int32_t out_at[3]) {
   out_at[2] = cell / size[0] / size[1];
 }
 
+/* Numbers the cells of one colour that `number` marks by 0. */
+static int32_t number_colour(np_diffusion_level *l, int32_t *number, int32_t colour, int32_t count) {
+  int32_t cell = 0;
+  for (int32_t k = 0; k < l->size[2]; k++)
+    for (int32_t j = 0; j < l->size[1]; j++, cell += l->size[0])
+      for (int32_t i = (j + k + colour) & 1; i < l->size[0]; i += 2) {
+        if (number[cell + i] < 0) continue;
+        l->cell[count] = cell + i;
+        number[cell + i] = count++;
+      }
+  return count;
+}
+
 /* Numbers the cells that `number` marks by 0, red ones first, and lists them; the others stay −1. */
 static void number_cells(np_diffusion_level *l, int32_t *number) {
-  const size_t cells = (size_t)l->size[0] * (size_t)l->size[1] * (size_t)l->size[2];
-  int32_t count = 0;
-  for (int colour = 0; colour < 2; colour++) {
-    for (size_t c = 0; c < cells; c++) {
-      int32_t at[3];
-      split(l->size, (int32_t)c, at);
-      if (number[c] < 0 || ((at[0] + at[1] + at[2]) & 1) != colour) continue;
-      l->cell[count] = (int32_t)c;
-      number[c] = count++;
-    }
-    if (colour == 0) l->red_count = count;
-  }
+  l->red_count = number_colour(l, number, 0, 0);
+  (void)number_colour(l, number, 1, l->red_count);
 }
 
 static void choose_colouring(const np_transport_grid *grid, np_diffusion_level *l) {
@@ -123,9 +128,24 @@ static void link_unknown(np_diffusion *d, const int32_t *number, int32_t unknown
   d->levels[0].inverse[unknown] = diagonal > 0.0f ? 1.0f / diagonal : 0.0f;
 }
 
+typedef struct link_job {
+  np_diffusion *diffusion;
+  const int32_t *number;
+} link_job;
+
+static neph_result link_unknowns(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const link_job *job = user;
+  for (size_t u = begin; u < end; u++) link_unknown(job->diffusion, job->number, (int32_t)u);
+  return NEPH_OK;
+}
+
 static float compute_deepest(const np_transport_grid *g) {
-  float deepest = 0.0f;
+  float deepest = 0.0f, widest = 0.0f;
+  for (int a = 0; a < 3; a++)
+    for (int32_t n = 0; n < g->size[a]; n++) widest = np_maxf(widest, (float)np_transport_grid_width(g, a, n));
   for (size_t i = 0; i < g->active_count; i++) {
+    if (!(g->extinction[i] * widest > deepest)) continue;
     int32_t at[3];
     np_transport_grid_split(g, g->cell[i], at);
     for (int a = 0; a < 3; a++)
@@ -145,7 +165,8 @@ static void fill_finest(np_diffusion *d, int32_t *number, int32_t *cell_number) 
   choose_colouring(g, l);
   for (size_t i = 0; i < g->active_count; i++) number[i] = cell_number[g->cell[i]];
   for (int32_t u = 0; u < l->count; u++) d->active[u] = g->active[l->cell[u]];
-  for (int32_t u = 0; u < l->count; u++) link_unknown(d, number, u);
+  link_job job = {d, number};
+  (void)np_parallel_for(g->context, NULL, (size_t)l->count, UNKNOWNS_PER_PIECE, link_unknowns, &job);
 }
 
 /* ---- Coarser levels ---- */
@@ -169,32 +190,53 @@ static int32_t mark_parents(const np_diffusion_level *fine, const np_diffusion_l
   return count;
 }
 
-/* Sums the links between aggregates, and the parts of the diagonals that are not links within one aggregate. */
-static void sum_links(const np_diffusion_level *fine, const int32_t *number, np_diffusion_level *coarse) {
-  for (int32_t i = 0; i < NP_DIFFUSION_FACES * coarse->count; i++) coarse->neighbour[i] = coarse->count;
-  for (int32_t i = 0; i < NP_DIFFUSION_CHILDREN * coarse->count; i++) coarse->child[i] = fine->count;
-  for (int32_t u = 0; u < fine->count; u++) {
-    const int32_t parent = number[get_parent_cell(fine, coarse, u)];
-    int32_t *child = coarse->child + NP_DIFFUSION_CHILDREN * parent;
-    while (*child != fine->count) child++;
-    *child = u;
+/* A level, and the coarser one whose links are sums of its links. */
+typedef struct link_sums {
+  const np_diffusion_level *fine;
+  const int32_t *number; /* unknowns of the coarser level, by cell */
+  np_diffusion_level *coarse;
+} link_sums;
+
+/* Sums an aggregate's links to others, and the parts of its cells' diagonals that are not links within it. */
+static void sum_links(const link_sums *c, int32_t parent) {
+  const np_diffusion_level *fine = c->fine, *coarse = c->coarse;
+  int32_t *neighbour = coarse->neighbour + NP_DIFFUSION_FACES * parent;
+  float *link = coarse->link + NP_DIFFUSION_FACES * parent, diagonal = 0.0f;
+  for (int32_t face = 0; face < NP_DIFFUSION_FACES; face++) neighbour[face] = coarse->count;
+  for (int32_t i = 0; i < NP_DIFFUSION_CHILDREN; i++) {
+    const int32_t u = coarse->child[NP_DIFFUSION_CHILDREN * parent + i];
+    if (u == fine->count) break;
     float rest = fine->inverse[u] > 0.0f ? 1.0f / fine->inverse[u] : 0.0f;
     for (int32_t face = 0; face < NP_DIFFUSION_FACES; face++) {
       const int32_t other = fine->neighbour[NP_DIFFUSION_FACES * u + face];
       if (other == fine->count) continue;
-      const float link = fine->link[NP_DIFFUSION_FACES * u + face];
-      const int32_t next = number[get_parent_cell(fine, coarse, other)];
-      rest -= link;
+      const float own = fine->link[NP_DIFFUSION_FACES * u + face];
+      const int32_t next = c->number[get_parent_cell(fine, coarse, other)];
+      rest -= own;
       if (next == parent) continue;
-      coarse->neighbour[NP_DIFFUSION_FACES * parent + face] = next;
-      coarse->link[NP_DIFFUSION_FACES * parent + face] += coarse_link_share * link;
+      neighbour[face] = next;
+      link[face] += coarse_link_share * own;
     }
-    coarse->inverse[parent] += fmaxf(rest, 0.0f);
+    diagonal += np_maxf(rest, 0.0f);
   }
-  for (int32_t u = 0; u < coarse->count; u++) {
-    float diagonal = coarse->inverse[u];
-    for (int32_t face = 0; face < NP_DIFFUSION_FACES; face++) diagonal += coarse->link[NP_DIFFUSION_FACES * u + face];
-    coarse->inverse[u] = diagonal > 0.0f ? 1.0f / diagonal : 0.0f;
+  for (int32_t face = 0; face < NP_DIFFUSION_FACES; face++) diagonal += link[face];
+  coarse->inverse[parent] = diagonal > 0.0f ? 1.0f / diagonal : 0.0f;
+}
+
+static neph_result sum_all_links(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const link_sums *c = user;
+  for (size_t parent = begin; parent < end; parent++) sum_links(c, (int32_t)parent);
+  return NEPH_OK;
+}
+
+static void list_children(const link_sums *c) {
+  const np_diffusion_level *fine = c->fine, *coarse = c->coarse;
+  for (int32_t i = 0; i < NP_DIFFUSION_CHILDREN * coarse->count; i++) coarse->child[i] = fine->count;
+  for (int32_t u = 0; u < fine->count; u++) {
+    int32_t *child = coarse->child + NP_DIFFUSION_CHILDREN * c->number[get_parent_cell(fine, coarse, u)];
+    while (*child != fine->count) child++;
+    *child = u;
   }
 }
 
@@ -213,7 +255,9 @@ static neph_result coarsen(np_diffusion *d, int32_t *number, bool *out_is_added)
   if (result || !coarse->child) return NEPH_ERROR_OUT_OF_MEMORY;
   number_cells(coarse, number);
   choose_colouring(d->grid, coarse);
-  sum_links(fine, number, coarse);
+  link_sums c = {fine, number, coarse};
+  list_children(&c);
+  (void)np_parallel_for(d->grid->context, NULL, (size_t)count, UNKNOWNS_PER_PIECE, sum_all_links, &c);
   *out_is_added = true;
   return NEPH_OK;
 }

@@ -6,6 +6,9 @@
 
 enum { COARSEST_CYCLES = 8, STEPS_MAX = 20 };
 
+/* Most chunks for which threads are not woken, which takes some 50 us. */
+enum { SERIAL_CHUNKS = 2 };
+
 static const float solve_tolerance = 0.1f;
 
 /* ---- Loops ---- */
@@ -13,7 +16,7 @@ static const float solve_tolerance = 0.1f;
 void np_diffusion_run(np_diffusion_loop *loop, size_t first, size_t end, np_parallel_fn body) {
   neph_context *context = loop->diffusion->grid->context;
   loop->first = first;
-  if (end - first <= NP_DIFFUSION_CHUNK)
+  if (end - first <= SERIAL_CHUNKS * NP_DIFFUSION_CHUNK)
     (void)body(loop, 0, end - first, 0);
   else
     (void)np_parallel_for(context, NULL, end - first, NP_DIFFUSION_CHUNK, body, loop);
@@ -101,53 +104,88 @@ static void run_cycle(np_diffusion *d) {
 
 /* ---- Conjugate gradients ---- */
 
+/* Unknowns of the finest level that one sum is over. */
+typedef struct chunk_range {
+  size_t begin, end;
+} chunk_range;
+
+static chunk_range get_range(const np_diffusion *d, size_t chunk) {
+  const size_t count = (size_t)d->levels[0].count, begin = chunk * NP_DIFFUSION_CHUNK;
+  return (chunk_range){begin, begin + NP_DIFFUSION_CHUNK < count ? begin + NP_DIFFUSION_CHUNK : count};
+}
+
+/* The sum of what `body` puts into `sums` for each chunk. Chunks are of fixed size, so that the bits do not depend on
+ * the number of threads. */
+static double sum_chunks(np_diffusion_loop *loop, np_parallel_fn body) {
+  const np_diffusion *d = loop->diffusion;
+  const size_t chunks = ((size_t)d->levels[0].count + NP_DIFFUSION_CHUNK - 1) / NP_DIFFUSION_CHUNK;
+  double sum = 0.0;
+  if (chunks <= SERIAL_CHUNKS)
+    (void)body(loop, 0, chunks, 0);
+  else
+    (void)np_parallel_for(d->grid->context, NULL, chunks, 1, body, loop);
+  for (size_t c = 0; c < chunks; c++) sum += d->sums[c];
+  return sum;
+}
+
 static neph_result multiply_chunks(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_diffusion_loop *loop = user;
-  const size_t count = (size_t)loop->diffusion->levels[0].count;
   for (size_t chunk = begin; chunk < end; chunk++) {
-    const size_t last = (chunk + 1) * NP_DIFFUSION_CHUNK < count ? (chunk + 1) * NP_DIFFUSION_CHUNK : count;
+    const chunk_range r = get_range(loop->diffusion, chunk);
     double sum = 0.0;
-    for (size_t i = chunk * NP_DIFFUSION_CHUNK; i < last; i++) sum += (double)loop->a[i] * (double)loop->b[i];
+    for (size_t i = r.begin; i < r.end; i++) sum += (double)loop->a[i] * (double)loop->b[i];
     loop->diffusion->sums[chunk] = sum;
   }
   return NEPH_OK;
 }
 
-/* Scalar product, summed in chunks of fixed size, so that its bits do not depend on the number of threads. */
 static double multiply(np_diffusion *d, const float *a, const float *b) {
   np_diffusion_loop loop = {.diffusion = d, .a = a, .b = b};
-  const size_t chunks = ((size_t)d->levels[0].count + NP_DIFFUSION_CHUNK - 1) / NP_DIFFUSION_CHUNK;
-  double sum = 0.0;
-  (void)np_parallel_for(d->grid->context, NULL, chunks, 1, multiply_chunks, &loop);
-  for (size_t c = 0; c < chunks; c++) sum += d->sums[c];
-  return sum;
+  return sum_chunks(&loop, multiply_chunks);
 }
 
-/* out += factor·a, or, with `b`, out = a + factor·b. */
-static neph_result combine(void *user, size_t begin, size_t end, unsigned thread) {
+/* The image of the step, and their product. */
+static neph_result apply_system(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const np_diffusion_loop *loop = user;
-  for (size_t i = begin; i < end; i++)
-    loop->out[i] = loop->b ? loop->a[i] + loop->factor * loop->b[i] : loop->out[i] + loop->factor * loop->a[i];
+  const np_diffusion *d = ((const np_diffusion_loop *)user)->diffusion;
+  const np_diffusion_level *l = &d->levels[0];
+  for (size_t chunk = begin; chunk < end; chunk++) {
+    const chunk_range r = get_range(d, chunk);
+    double sum = 0.0;
+    for (size_t u = r.begin; u < r.end; u++) {
+      d->image[u] = d->step[u] / l->inverse[u] - sum_neighbours(l, u, d->step);
+      sum += (double)d->step[u] * (double)d->image[u];
+    }
+    d->sums[chunk] = sum;
+  }
   return NEPH_OK;
 }
 
-static void add(np_diffusion *d, float factor, const float *a, float *out) {
-  np_diffusion_loop loop = {.diffusion = d, .factor = factor, .a = a, .out = out};
-  np_diffusion_run(&loop, 0, (size_t)d->levels[0].count, combine);
-}
-
-static void set_sum(np_diffusion *d, const float *a, float factor, const float *b, float *out) {
-  np_diffusion_loop loop = {.diffusion = d, .factor = factor, .a = a, .b = b, .out = out};
-  np_diffusion_run(&loop, 0, (size_t)d->levels[0].count, combine);
-}
-
-static neph_result apply_system(void *user, size_t begin, size_t end, unsigned thread) {
+/* Moves the correction by `factor` steps, and the residual with it; the sum is the residual's square. */
+static neph_result take_step(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_diffusion_loop *loop = user;
-  const np_diffusion_level *l = loop->level;
-  for (size_t u = begin; u < end; u++) loop->out[u] = loop->a[u] / l->inverse[u] - sum_neighbours(l, u, loop->a);
+  const np_diffusion *d = loop->diffusion;
+  for (size_t chunk = begin; chunk < end; chunk++) {
+    const chunk_range r = get_range(d, chunk);
+    double sum = 0.0;
+    for (size_t u = r.begin; u < r.end; u++) {
+      d->correction[u] += loop->factor * d->step[u];
+      d->residual[u] -= loop->factor * d->image[u];
+      sum += (double)d->residual[u] * (double)d->residual[u];
+    }
+    d->sums[chunk] = sum;
+  }
+  return NEPH_OK;
+}
+
+/* The next step: a + factor·step. */
+static neph_result turn_step(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_diffusion_loop *loop = user;
+  float *step = loop->diffusion->step;
+  for (size_t u = begin; u < end; u++) step[u] = loop->a[u] + loop->factor * step[u];
   return NEPH_OK;
 }
 
@@ -161,21 +199,19 @@ static const float *precondition(np_diffusion *d) {
 }
 
 void np_diffusion_solve(np_diffusion *d) {
-  np_diffusion_level *l = &d->levels[0];
+  const np_diffusion_level *l = &d->levels[0];
   memset(d->correction, 0, (size_t)l->count * sizeof *d->correction);
   const double start = multiply(d, d->residual, d->residual);
   double before = 0.0;
   for (int n = 0; n < STEPS_MAX && start > 0.0; n++) {
-    const float *z = precondition(d);
-    const double rz = multiply(d, d->residual, z);
-    set_sum(d, z, n ? (float)(rz / before) : 0.0f, d->step, d->step);
+    np_diffusion_loop loop = {.diffusion = d, .a = precondition(d)};
+    const double rz = multiply(d, d->residual, loop.a);
+    loop.factor = n ? (float)(rz / before) : 0.0f;
+    np_diffusion_run(&loop, 0, (size_t)l->count, turn_step);
     before = rz;
-    np_diffusion_loop loop = {.diffusion = d, .level = l, .a = d->step, .out = d->image};
-    np_diffusion_run(&loop, 0, (size_t)l->count, apply_system);
-    const double curvature = multiply(d, d->step, d->image);
+    const double curvature = sum_chunks(&loop, apply_system);
     if (!(curvature > 0.0)) break;
-    add(d, (float)(rz / curvature), d->step, d->correction);
-    add(d, -(float)(rz / curvature), d->image, d->residual);
-    if (multiply(d, d->residual, d->residual) <= (double)(solve_tolerance * solve_tolerance) * start) break;
+    loop.factor = (float)(rz / curvature);
+    if (sum_chunks(&loop, take_step) <= (double)(solve_tolerance * solve_tolerance) * start) break;
   }
 }

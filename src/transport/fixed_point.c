@@ -12,7 +12,7 @@
 
 #include "core/alloc.h"
 
-enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 15, BLOCK = 512, LANES = 32, STALL = 12 };
+enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 13, BLOCK = 512, LANES = 32, STALL = 12 };
 
 typedef np_fixed_point_history history;
 

@@ -6,7 +6,7 @@
 #include "core/half.h"
 #include "transport/scattering_field_private.h"
 
-enum { CHUNK = 4096 };
+enum { CHUNK = 1024 };
 
 static bool has_same_cells(const np_transport_grid *a, const np_transport_grid *b) {
   bool is_same = a->degree == b->degree && a->active_count == b->active_count && a->is_fine == b->is_fine;

@@ -8,8 +8,9 @@
 
 #include "core/alloc.h"
 #include "core/half.h"
+#include "core/math.h"
 
-enum { CHUNK = 4096 };
+enum { CHUNK = 1024, LANES = 16 };
 
 /* Share of sunlight in the light of every band from which the angular resolution of the first band is used for all. */
 static const double sun_share_min = 0.6;
@@ -21,8 +22,11 @@ static size_t count_moments(const np_transport_grid *g) { return g->active_count
 /* Scale that brings the largest values between 2¹⁴ and 2¹⁵, so that only values below 4e-9 of the largest lose bits as
  * halves. */
 static float choose_scale(const float *values, size_t count) {
-  float largest = 0.0f;
-  for (size_t i = 0; i < count; i++) largest = fmaxf(largest, fabsf(values[i]));
+  float lanes[LANES] = {0.0f}, largest = 0.0f;
+  for (size_t i = 0; i < count - count % LANES; i += LANES)
+    for (size_t lane = 0; lane < LANES; lane++) lanes[lane] = np_maxf(fabsf(values[i + lane]), lanes[lane]);
+  for (size_t i = count - count % LANES; i < count; i++) largest = np_maxf(fabsf(values[i]), largest);
+  for (size_t lane = 0; lane < LANES; lane++) largest = np_maxf(lanes[lane], largest);
   int exponent = 0;
   if (largest > 0.0f && isfinite(largest)) (void)frexpf(largest, &exponent);
   return ldexpf(1.0f, exponent > -110 ? exponent - 15 : -125);

@@ -29,7 +29,7 @@
 
 #include "core/alloc.h"
 
-enum { CHUNK = 4096 };
+enum { CHUNK = 1024, MOMENTS = 16 * CHUNK };
 
 static bool is_fine(const np_scattering_solver *s) { return s->levels[0].grid.is_fine; }
 static bool is_resolved(const np_scattering_solver *s) { return s->fine != s->broad; }
@@ -246,10 +246,26 @@ static neph_result fill_emission(np_scattering_solver *s) {
   return result;
 }
 
+typedef struct sunlight_job {
+  const np_scattering_solver *solver;
+  const float *first_collision_source; /* NULL: none */
+  float *out;
+} sunlight_job;
+
+static neph_result multiply_sun(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const sunlight_job *job = user;
+  const np_scattering_solver *s = job->solver;
+  const float *source = job->first_collision_source;
+  for (size_t active = begin; active < end; active++)
+    job->out[active] = source ? source[active] * s->sun[active].band[s->band] : 0.0f;
+  return NEPH_OK;
+}
+
 /* First collisions times irradiance, of the finest cells. */
 static void light_cells(const np_scattering_solver *s, const float *first_collision_source, float *out) {
-  for (size_t active = 0; active < s->levels[0].grid.active_count; active++)
-    out[active] = first_collision_source ? first_collision_source[active] * s->sun[active].band[s->band] : 0.0f;
+  sunlight_job job = {s, first_collision_source, out};
+  (void)np_parallel_for(s->context, NULL, s->levels[0].grid.active_count, CHUNK, multiply_sun, &job);
 }
 
 /* Fills the first collisions in the iterated medium, where the result has another. */
@@ -313,6 +329,23 @@ static bool compute_blend(const np_scattering_solver *s, blend *out) {
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
+typedef struct blend_job {
+  const blend *blend;
+  bool has_first;
+  const np_transport_level *level;
+} blend_job;
+
+static neph_result blend_moments(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const blend_job *job = user;
+  float *phi = job->level->phi;
+  for (size_t i = begin; i < end; i++) {
+    phi[i] *= (float)job->blend->last;
+    if (job->has_first) phi[i] += (float)job->blend->first * job->level->first_phi[i];
+  }
+  return NEPH_OK;
+}
+
 /* The start of a further band, on all grids: at least in proportion to the sources, by `factor`. */
 static void blend_solution(np_scattering_solver *s, double factor) {
   blend b = {0.0, factor};
@@ -325,20 +358,37 @@ static void blend_solution(np_scattering_solver *s, double factor) {
   s->has_outflow = true;
   np_scattering_solver_light_border(s);
   for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
-    np_transport_level *l = &s->levels[n];
-    const size_t count = count_moments(&l->grid);
-    for (size_t i = 0; i < count; i++) {
-      l->phi[i] *= (float)b.last;
-      if (has_both) l->phi[i] += (float)b.first * l->first_phi[i];
-    }
+    blend_job job = {&b, has_both, &s->levels[n]};
+    (void)np_parallel_for(s->context, NULL, count_moments(&s->levels[n].grid), MOMENTS, blend_moments, &job);
   }
+}
+
+static neph_result copy_first(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_transport_level *l = user;
+  memcpy(l->first_phi + begin, l->phi + begin, (end - begin) * sizeof *l->first_phi);
+  return NEPH_OK;
 }
 
 static void store_first(np_scattering_solver *s) {
   for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
     np_transport_level *l = &s->levels[n];
-    if (l->first_phi) memcpy(l->first_phi, l->phi, count_moments(&l->grid) * sizeof *l->first_phi);
+    if (l->first_phi) (void)np_parallel_for(s->context, NULL, count_moments(&l->grid), MOMENTS, copy_first, l);
   }
+}
+
+static neph_result copy_start(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_transport_level *l = user;
+  memcpy(l->change + begin, l->phi + begin, (end - begin) * sizeof *l->change);
+  return NEPH_OK;
+}
+
+static neph_result subtract_start(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_transport_level *l = user;
+  for (size_t i = begin; i < end; i++) l->change[i] = l->phi[i] - l->change[i];
+  return NEPH_OK;
 }
 
 /* Solves a level for a further band. `change` becomes the difference between the solution and its start. */
@@ -347,13 +397,13 @@ static neph_result change_level(np_scattering_solver *s, unsigned number) {
   const size_t count = l->change ? count_moments(&l->grid) : 0;
   neph_result result = NEPH_OK;
   if (np_solver_state_begin(s, NP_STEP_FRAGILE)) {
-    if (l->change) memcpy(l->change, l->phi, count * sizeof *l->change);
+    if (l->change) (void)np_parallel_for(s->context, NULL, count, MOMENTS, copy_start, l);
     if (number + 1 < s->level_count) result = np_transport_level_prolong_change(l + 1, l);
   }
   if (!result && s->has_time) result = solve_level(s, number, s->desc->tolerance);
   if (!result && s->has_time && s->level_count == 1) result = solve_level(s, number, s->desc->tolerance);
   if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return result;
-  for (size_t i = 0; i < count; i++) l->change[i] = l->phi[i] - l->change[i];
+  if (l->change) (void)np_parallel_for(s->context, NULL, count, MOMENTS, subtract_start, l);
   return result;
 }
 

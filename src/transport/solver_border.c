@@ -7,7 +7,7 @@ void np_scattering_solver_light_border(np_scattering_solver *s) {
   np_border *borders[] = {&s->broad->border, &s->fine->border};
   for (int i = 0; i < (s->fine == s->broad ? 1 : 2); i++)
     if (outflow)
-      np_border_set_outflow(borders[i], s->band, outflow);
+      np_border_set_outflow(s->context, borders[i], s->band, outflow);
     else
       np_border_reset(borders[i], s->band);
   for (unsigned n = 0; n < s->level_count; n++)

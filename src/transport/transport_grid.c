@@ -17,6 +17,8 @@ typedef struct cell_places {
   const np_instance *at[NP_INSTANCES_MAX];
 } cell_places;
 
+enum { CELLS_PER_PIECE = 2048, PARENTS_PER_PIECE = 512 };
+
 typedef struct grid_fill {
   const np_world *world;
   const np_scaled_phase *phases;
@@ -179,7 +181,19 @@ static void store_material(const grid_fill *f, size_t active, size_t cell) {
         extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / g->scale[0];
 }
 
-static neph_result store_active(const grid_fill *f) {
+static neph_result store_materials(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const grid_fill *f = user;
+  for (size_t cell = begin; cell < end; cell++) {
+    const int32_t active = f->grid->active[cell];
+    if (active < 0) continue;
+    f->grid->cell[active] = (int32_t)cell;
+    store_material(f, (size_t)active, cell);
+  }
+  return NEPH_OK;
+}
+
+static neph_result store_active(grid_fill *f) {
   np_transport_grid *g = f->grid;
   const int32_t cells = (int32_t)np_transport_grid_count(g);
   spread_marks(g, f->holds);
@@ -190,13 +204,7 @@ static neph_result store_active(const grid_fill *f) {
   if (!result) result = allocate_live(g);
   g->transport_depth = np_alloc(g->context, g->active_count, sizeof *g->transport_depth);
   if (!result && !g->transport_depth) result = NEPH_ERROR_OUT_OF_MEMORY;
-  if (result) return result;
-  for (int32_t c = 0; c < cells; c++) {
-    if (g->active[c] < 0) continue;
-    g->cell[g->active[c]] = c;
-    store_material(f, (size_t)g->active[c], (size_t)c);
-  }
-  return NEPH_OK;
+  return result ? result : np_parallel_for(g->context, f->monitor, (size_t)cells, CELLS_PER_PIECE, store_materials, f);
 }
 
 neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase *phases, unsigned band,
@@ -229,68 +237,115 @@ bool np_transport_grid_can_coarsen(const np_transport_grid *grid) {
   return is_even && has_many;
 }
 
-/* Coarse cell that holds a fine one, and the fine cell's share of its volume. */
-static size_t compute_parent(const np_transport_grid *fine, const np_transport_grid *coarse, int32_t cell,
-                             float *out_share) {
-  int32_t at[3];
-  double share = 1.0;
-  np_transport_grid_split(fine, cell, at);
+/* Cells that a coarse cell consists of, in ascending order, and their shares of its volume. */
+typedef struct children {
+  unsigned count;
+  int32_t cell[8];
+  float share[8];
+} children;
+
+static void list_children(const np_transport_grid *fine, const np_transport_grid *coarse, size_t parent,
+                          children *out) {
+  int32_t at[3], child[3], begin[3], end[3];
+  double share[3][2];
+  out->count = 0;
+  np_transport_grid_split(coarse, (int32_t)parent, at);
   for (int a = 0; a < 3; a++) {
-    const double width = np_transport_grid_width(fine, a, at[a]);
-    at[a] = fine->size[a] == 1 ? 0 : at[a] / 2;
-    share *= width / np_transport_grid_width(coarse, a, at[a]);
+    const int32_t count = fine->size[a] == 1 ? 1 : 2;
+    begin[a] = count * at[a];
+    end[a] = begin[a] + count;
+    for (int32_t n = 0; n < count; n++)
+      share[a][n] = np_transport_grid_width(fine, a, begin[a] + n) / np_transport_grid_width(coarse, a, at[a]);
   }
-  *out_share = (float)share;
-  assert(share > 0.0 && share <= 1.0 + 1e-9);
-  return np_transport_grid_join(coarse, at);
+  for (child[2] = begin[2]; child[2] < end[2]; child[2]++)
+    for (child[1] = begin[1]; child[1] < end[1]; child[1]++)
+      for (child[0] = begin[0]; child[0] < end[0]; child[0]++) {
+        const double *const x = share[0], *const y = share[1], *const z = share[2];
+        out->cell[out->count] = (int32_t)np_transport_grid_join(fine, child);
+        out->share[out->count++] = (float)(x[child[0] - begin[0]] * y[child[1] - begin[1]] * z[child[2] - begin[2]]);
+      }
+}
+
+typedef struct grid_coarsening {
+  const np_transport_grid *fine;
+  np_transport_grid *coarse; /* read only by np_transport_grid_restrict */
+  const float *values;       /* active cells of the finer grid */
+  float *out;
+} grid_coarsening;
+
+static neph_result restrict_cells(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const grid_coarsening *c = user;
+  for (size_t parent = begin; parent < end; parent++) {
+    children list;
+    float sum = 0.0f;
+    list_children(c->fine, c->coarse, (size_t)c->coarse->cell[parent], &list);
+    for (unsigned n = 0; n < list.count; n++) {
+      const int32_t active = c->fine->active[list.cell[n]];
+      if (active >= 0) sum += list.share[n] * c->values[active];
+    }
+    c->out[parent] = sum;
+  }
+  return NEPH_OK;
 }
 
 void np_transport_grid_restrict(const np_transport_grid *fine, const float *values, const np_transport_grid *coarse,
                                 float *out) {
-  memset(out, 0, coarse->active_count * sizeof *out);
-  for (size_t i = 0; i < fine->active_count; i++) {
-    float share;
-    const size_t parent = (size_t)coarse->active[compute_parent(fine, coarse, fine->cell[i], &share)];
-    out[parent] += share * values[i];
+  grid_coarsening c = {fine, (np_transport_grid *)(uintptr_t)coarse, values, out};
+  (void)np_parallel_for(fine->context, NULL, coarse->active_count, PARENTS_PER_PIECE, restrict_cells, &c);
+}
+
+/* Marks coarse cells by 0 where a child is active, and as ground where none is and at least half are ground. */
+static neph_result mark_parents(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const grid_coarsening *c = user;
+  for (size_t parent = begin; parent < end; parent++) {
+    children list;
+    unsigned solid = 0, active = 0;
+    list_children(c->fine, c->coarse, parent, &list);
+    for (unsigned n = 0; n < list.count; n++) {
+      solid += c->fine->active[list.cell[n]] == NP_TRANSPORT_CELL_SOLID;
+      active += c->fine->active[list.cell[n]] >= 0;
+    }
+    const bool is_solid = solid && 2 * solid >= list.count;
+    c->coarse->active[parent] = active ? 0 : is_solid ? NP_TRANSPORT_CELL_SOLID : NP_TRANSPORT_CELL_NONE;
   }
+  return NEPH_OK;
 }
 
-/* Marks a coarse cell as ground if none of its children is active and at least half of them are ground. */
-static void mark_solid_parents(const np_transport_grid *fine, np_transport_grid *out) {
-  float share;
-  for (size_t c = 0; c < np_transport_grid_count(fine); c++)
-    if (fine->active[c] == NP_TRANSPORT_CELL_SOLID) out->active[compute_parent(fine, out, (int32_t)c, &share)]--;
-  const int32_t half = (fine->size[0] > out->size[0] ? 2 : 1) * (fine->size[1] > out->size[1] ? 2 : 1) *
-                       (fine->size[2] > out->size[2] ? 2 : 1) / 2;
-  for (size_t c = 0; c < np_transport_grid_count(out); c++) {
-    const bool is_solid = -out->active[c] >= half && out->active[c] < 0;
-    out->active[c] = is_solid ? NP_TRANSPORT_CELL_SOLID : NP_TRANSPORT_CELL_NONE;
-  }
+static void number_parents(grid_coarsening *c) {
+  np_transport_grid *coarse = c->coarse;
+  const size_t cells = np_transport_grid_count(coarse);
+  coarse->has_ground = c->fine->has_ground;
+  (void)np_parallel_for(coarse->context, NULL, cells, PARENTS_PER_PIECE, mark_parents, c);
+  for (size_t n = 0; n < cells; n++)
+    if (coarse->active[n] == 0) coarse->active[n] = (int32_t)coarse->active_count++;
 }
 
-static void number_parents(const np_transport_grid *fine, np_transport_grid *out) {
-  float share;
-  out->has_ground = fine->has_ground;
-  mark_solid_parents(fine, out);
-  for (size_t i = 0; i < fine->active_count; i++) out->active[compute_parent(fine, out, fine->cell[i], &share)] = 0;
-  for (size_t c = 0; c < np_transport_grid_count(out); c++)
-    if (out->active[c] == 0) out->active[c] = (int32_t)out->active_count++;
-}
-
-/* Extinction and scattering are averaged; their ratio follows. */
-static void average_children(const np_transport_grid *fine, np_transport_grid *out) {
+/* Averages extinction and scattering; their ratio follows. */
+static void average_parent(const np_transport_grid *fine, np_transport_grid *out, int32_t cell) {
+  const size_t parent = (size_t)out->active[cell];
   const unsigned count = fine->degree + 1;
-  for (size_t c = 0; c < np_transport_grid_count(out); c++)
-    if (out->active[c] >= 0) out->cell[out->active[c]] = (int32_t)c;
-  for (size_t i = 0; i < fine->active_count; i++) {
-    float share;
-    const size_t parent = (size_t)out->active[compute_parent(fine, out, fine->cell[i], &share)];
-    const float before = out->extinction[parent], added = share * fine->extinction[i];
+  children list;
+  list_children(fine, out, (size_t)cell, &list);
+  out->cell[parent] = cell;
+  for (unsigned n = 0; n < list.count; n++) {
+    const int32_t active = fine->active[list.cell[n]];
+    if (active < 0) continue;
+    const float before = out->extinction[parent], added = list.share[n] * fine->extinction[active];
     const float t = added > 0.0f ? added / (before + added) : before > 0.0f ? 0.0f : 1.0f;
     for (unsigned l = 0; l < count; l++)
-      out->ratio[parent * count + l] += t * (fine->ratio[i * count + l] - out->ratio[parent * count + l]);
+      out->ratio[parent * count + l] += t * (fine->ratio[(size_t)active * count + l] - out->ratio[parent * count + l]);
     out->extinction[parent] = before + added;
   }
+}
+
+static neph_result average_parents(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const grid_coarsening *c = user;
+  for (size_t cell = begin; cell < end; cell++)
+    if (c->coarse->active[cell] >= 0) average_parent(c->fine, c->coarse, (int32_t)cell);
+  return NEPH_OK;
 }
 
 /* One plane of each `stride`. */
@@ -314,10 +369,11 @@ neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transpor
   if (result) return result;
   out->active = np_alloc(out->context, np_transport_grid_count(out), sizeof *out->active);
   if (!out->active) return NEPH_ERROR_OUT_OF_MEMORY;
-  number_parents(fine, out);
+  grid_coarsening c = {.fine = fine, .coarse = out};
+  number_parents(&c);
   result = allocate_live(out);
-  if (!result) average_children(fine, out);
-  return result;
+  if (result) return result;
+  return np_parallel_for(out->context, NULL, np_transport_grid_count(out), PARENTS_PER_PIECE, average_parents, &c);
 }
 
 /* Scales a cell that is scaled for degree N again, for the lower degree n: the ratio of degree n + 1 is the share of

@@ -7,7 +7,7 @@
 #include "core/alloc.h"
 
 enum {
-  CHUNK = 4096,
+  CHUNK = 512,
   SWEEPS_MAX = 60,
   CHEAP_SWEEPS_MAX = 200,
   CHEAP_MOMENTS = 1 << 18, /* cells for which a solution costs so little that it is driven to the precision of floats */
