@@ -14,6 +14,7 @@
 #include "core/parallel.h"
 #include "core/text.h"
 #include "image/picture_decoder.h"
+#include "image/png_rows.h"
 #include "image/preview.h"
 
 /* ---- Writing ---- */
@@ -30,8 +31,10 @@ typedef struct png_picture {
 } png_picture;
 
 /* Packs a row as the file has it: 16 bits with the high byte first. */
-static void pack_row(const png_picture *picture, const uint16_t *rgb, uint8_t *out) {
+static void pack_row(const void *user, size_t row, uint8_t *out) {
+  const png_picture *picture = user;
   const size_t count = 3 * (size_t)picture->image->width;
+  const uint16_t *rgb = picture->rgb + row * count;
   for (size_t i = 0; i < count; i++)
     if (picture->desc->bits == 8)
       out[i] = (uint8_t)rgb[i];
@@ -76,23 +79,38 @@ static void store_message(png_structp png, png_const_charp message) {
 
 static void ignore_warning(png_structp png, png_const_charp message) { (void)png, (void)message; }
 
-static bool write_rows(png_structp png, png_infop info, const png_picture *picture, FILE *file, uint8_t *row) {
+/* The picture's rows as they stand in the file. */
+typedef struct png_body {
+  np_png_strip *strips;
+  size_t count;
+} png_body;
+
+static neph_result compress_body(const png_picture *picture, png_body *out) {
+  const unsigned pixel_bytes = picture->desc->bits == 8 ? 3 : 6;
+  const np_png_rows rows = {.height = picture->image->height,
+                            .row_bytes = (size_t)picture->image->width * pixel_bytes,
+                            .pixel_bytes = pixel_bytes,
+                            .pack = pack_row,
+                            .user = picture};
+  return np_png_rows_compress(picture->image->context, &rows, &out->strips, &out->count);
+}
+
+static bool write_chunks(png_structp png, png_infop info, const png_picture *picture, const png_body *body,
+                         FILE *file) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_init_io(png, file);
   write_header(png, info, picture);
-  for (size_t y = 0; y < picture->image->height; y++) {
-    pack_row(picture, picture->rgb + 3 * y * picture->image->width, row);
-    png_write_row(png, row);
-  }
-  png_write_end(png, info);
+  for (size_t i = 0; i < body->count; i++)
+    png_write_chunk(png, (png_const_bytep) "IDAT", body->strips[i].bytes, body->strips[i].size);
+  png_write_chunk(png, (png_const_bytep) "IEND", NULL, 0);
   return fflush(file) == 0;
 }
 
-/* Writes the picture. False: failed. `row` has room for one of its rows. */
-static bool write_stream(const png_picture *picture, FILE *file, uint8_t *row, char message[128]) {
+/* Writes the picture. False: failed. */
+static bool write_stream(const png_picture *picture, const png_body *body, FILE *file, char message[128]) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, message, store_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : NULL;
-  const bool is_written = info && write_rows(png, info, picture, file, row);
+  const bool is_written = info && write_chunks(png, info, picture, body, file);
   png_destroy_write_struct(&png, &info);
   return is_written;
 }
@@ -100,13 +118,14 @@ static bool write_stream(const png_picture *picture, FILE *file, uint8_t *row, c
 static neph_result write_rgb(const png_picture *picture, const char *path, const char *temporary) {
   neph_context *context = picture->image->context;
   char message[128] = "out of memory";
-  uint8_t *row = np_alloc(context, picture->image->width, 6);
-  if (!row) return NEPH_ERROR_OUT_OF_MEMORY;
+  png_body body;
+  const neph_result result = compress_body(picture, &body);
+  if (result) return result;
   FILE *file = fopen(temporary, "wb");
   errno = file ? 0 : errno;
-  bool is_written = file && write_stream(picture, file, row, message);
+  bool is_written = file && write_stream(picture, &body, file, message);
   int error = errno;
-  np_alloc_free(context, row);
+  np_png_strips_free(context, body.strips, body.count);
   if (file && fclose(file) != 0 && is_written) {
     is_written = false;
     error = errno;
@@ -142,15 +161,17 @@ static neph_result encode(const png_picture *picture, void **out_bytes, size_t *
   neph_context *context = picture->image->context;
   char message[128] = "out of memory", *stream_bytes = NULL;
   size_t size = 0;
-  uint8_t *row = np_alloc(context, picture->image->width, 6);
-  FILE *stream = row ? open_memstream(&stream_bytes, &size) : NULL;
-  bool is_written = stream && write_stream(picture, stream, row, message);
+  png_body body;
+  const neph_result result = compress_body(picture, &body);
+  if (result) return result;
+  FILE *stream = open_memstream(&stream_bytes, &size);
+  bool is_written = stream && write_stream(picture, &body, stream, message);
   if (stream && fclose(stream)) is_written = false;
   void *bytes = is_written ? np_alloc(context, size, 1) : NULL;
   if (bytes) *out_bytes = memcpy(bytes, stream_bytes, size);
   *out_size = size;
   free(stream_bytes);
-  np_alloc_free(context, row);
+  np_png_strips_free(context, body.strips, body.count);
   return bytes ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 

@@ -68,7 +68,7 @@ done
 doors='openvdb/ src/volume/(vdb_(shim.cpp|archive.h|conversion.h|failure.h|mending.h|reading.h|writing.h)|nvdb_writing.h)
 nanovdb/ src/volume/nvdb_(header|writing).h
 blosc\.h src/volume/vdb_packing.h
-zlib\.h src/volume/vdb_packing.h
+zlib\.h src/volume/vdb_packing.h|src/image/png_rows.c
 tbb/ src/volume/vdb_failure.h
 embree src/terrain/terrain.c
 assimp/ src/mesh/assimp_reader.c
