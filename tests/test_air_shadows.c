@@ -132,7 +132,8 @@ static void clear_block(block *b) {
 
 static double compute_first(const block *b, np_vec3 direction, double distance_m, int band) {
   np_spectrum first;
-  (void)np_sky_aerial_orders(b->sky, direction, distance_m, &first);
+  const np_sky_ray ray = np_sky_ray_start(b->sky, direction);
+  (void)np_sky_ray_get_air(&ray, distance_m, &first);
   return (double)first.band[band];
 }
 
@@ -198,7 +199,8 @@ static void clouds_light_the_air_around_them(void **state) {
   const np_dvec3 middle = np_dvec3_make(3000.0, 1000.0, camera_m);
   const np_spectrum through = np_atmosphere_transmittance_to_sun(air, middle, b.base.world.to_sun, 0.0f);
   const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(b.sky, d);
-  const np_even_inscatter even = np_sky_compute_even_inscatter(b.sky, d, 6e3, &shares);
+  const np_sky_ray ray = np_sky_ray_start(b.sky, d);
+  const np_even_inscatter even = np_sky_compute_even_inscatter(&ray, 6e3, &shares);
   for (int band = 0; band < 3; band++) {
     const double flux[2] = {0.2 / (double)through.band[band], 0.06 / (double)through.band[band]};
     const double found = -(double)get_lost(&b, d, 6e3).band[band] * (double)even.first.band[band];
@@ -221,7 +223,8 @@ static void even_light_is_scattered_without_a_phase_function(void **state) {
     const np_vec3 d = np_dvec3_to_float(test_direction(15.0 * i, 25.0 * i));
     const double cosine = (double)np_vec3_dot(d, sky->sun);
     const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(sky, d);
-    const np_even_inscatter even = np_sky_compute_even_inscatter(sky, d, 400.0, &shares);
+    const np_sky_ray ray = np_sky_ray_start(sky, d);
+    const np_even_inscatter even = np_sky_compute_even_inscatter(&ray, 400.0, &shares);
     for (int band = 0; band < 3; band++) {
       const double once = (double)even.first.band[band] / (0.75 * (1.0 + cosine * cosine));
       assert_near_relative((double)even.upper.band[band], once, 1e-5);

@@ -5,6 +5,7 @@
 
 #include <nephos/atmosphere.h>
 
+#include "atmosphere/atmosphere_physics.h"
 #include "core/context_private.h"
 #include "core/math.h"
 #include "core/spectrum.h"
@@ -47,13 +48,31 @@ typedef struct np_aerial_perspective {
  * ground. */
 np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction);
 
-/* In-scatter and transmittance between the observer and `distance_m`; extrapolated beyond the last slice, never
- * negative. */
-np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m);
+/* A direction in rows and azimuths of a table. */
+typedef struct np_sky_place {
+  int row, azimuth; /* the lower neighbours */
+  float row_upper, azimuth_upper;
+  bool is_below;  /* below the horizon */
+  bool is_in_air; /* false: the ray misses the atmosphere */
+} np_sky_place;
 
-/* Aerial perspective. `out_first`: the part of its in-scatter that is scattered once. */
-np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
-                                           np_spectrum *out_first);
+/* A ray from the observer, for many queries of its air. */
+typedef struct np_sky_ray {
+  const neph_sky *sky;
+  np_vec3 direction;
+  bool has_air;       /* false: the ray misses the air, and what follows is not set */
+  np_sky_place place; /* in the table of aerial perspective */
+  np_ray ray;
+} np_sky_ray;
+
+np_sky_ray np_sky_ray_start(const neph_sky *sky, np_vec3 direction);
+
+/* In-scatter and transmittance between the observer and `distance_m`; extrapolated beyond the last slice, never
+ * negative. `out_first`: the part of the in-scatter that is scattered once; NULL: not wanted. */
+np_aerial_perspective np_sky_ray_get_air(const np_sky_ray *ray, double distance_m, np_spectrum *out_first);
+
+/* The same for one distance, without orders. */
+np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m);
 
 /* Shares of the light that aerosols scatter along a ray, by the hemisphere that it comes from, where the light is the
  * same in all directions. They sum to 1. */
@@ -72,7 +91,7 @@ typedef struct np_even_inscatter {
   np_spectrum upper, lower, first;
 } np_even_inscatter;
 
-np_even_inscatter np_sky_compute_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m,
+np_even_inscatter np_sky_compute_even_inscatter(const np_sky_ray *ray, double distance_m,
                                                 const np_hemisphere_shares *shares);
 
 #endif

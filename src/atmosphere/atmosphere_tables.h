@@ -96,14 +96,6 @@ neph_result np_sky_view_build(neph_sky *sky);
 neph_result np_sky_aerial_build(neph_sky *sky);
 void np_sky_tables_free(neph_sky *sky);
 
-/* A direction in rows and azimuths of a table. */
-typedef struct np_sky_place {
-  int row, azimuth; /* the lower neighbours */
-  float row_upper, azimuth_upper;
-  bool is_below;  /* below the horizon */
-  bool is_in_air; /* false: the ray misses the atmosphere */
-} np_sky_place;
-
 /* Layout of a table over directions: rows above the true horizon, rows below it, and azimuths on the half circle from
  * the sun, both ends inclusive. Rows concentrate at the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v uniform. p is 3 below
  * the horizon and 2 above it; the frame sets it for aerial perspective. */

@@ -196,40 +196,41 @@ typedef struct air_column {
   np_scattered light, first;
 } air_column;
 
-/* False: the ray has no air. */
-static bool sample_aerial(const neph_sky *sky, np_vec3 direction, double distance_m, bool has_first, air_column *out) {
-  *out = (air_column){0};
+np_sky_ray np_sky_ray_start(const neph_sky *sky, np_vec3 direction) {
+  np_sky_ray r = {.sky = sky, .direction = direction};
   const np_sky_layout layout = np_sky_aerial_layout(sky);
-  const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
-  if (!place.is_in_air || !(distance_m > 0.0)) return false;
-  const np_ray ray =
-      np_aerial_ray(&sky->atmosphere->medium, &sky->frame, compute_cosine(&sky->frame, direction), place.is_below);
-  if (!(ray.length_m > 0.0)) return false;
+  r.place = np_sky_locate(&sky->frame, direction, &layout);
+  if (!r.place.is_in_air) return r;
+  r.ray =
+      np_aerial_ray(&sky->atmosphere->medium, &sky->frame, compute_cosine(&sky->frame, direction), r.place.is_below);
+  r.has_air = r.ray.length_m > 0.0;
+  return r;
+}
+
+/* False: there is no air up to that distance. */
+static bool sample_aerial(const np_sky_ray *r, double distance_m, bool has_first, air_column *out) {
+  *out = (air_column){0};
+  if (!r->has_air || !(distance_m > 0.0)) return false;
   np_bands molecules = {0};
-  const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m, has_first ? &molecules : NULL);
+  const np_aerial_sample s =
+      np_sky_aerial_lookup(r->sky, &r->place, &r->ray, distance_m, has_first ? &molecules : NULL);
   *out = (air_column){s.depth, s.inscatter, {molecules, s.inscatter.peak}};
   return true;
 }
 
-/* `out_first` may be NULL. */
-static np_aerial_perspective compute_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
-                                            np_spectrum *out_first) {
+np_aerial_perspective np_sky_ray_get_air(const np_sky_ray *r, double distance_m, np_spectrum *out_first) {
   air_column air;
   if (out_first) *out_first = np_spectrum_grey(0.0f);
-  if (!sample_aerial(sky, direction, distance_m, out_first != NULL, &air))
+  if (!sample_aerial(r, distance_m, out_first != NULL, &air))
     return (np_aerial_perspective){np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
-  const np_bands phase = compute_aerosol_phase(sky, direction);
-  if (out_first) *out_first = shade(sky, phase, air.first);
-  return (np_aerial_perspective){np_bands_to_spectrum(np_bands_exp(-air.depth)), shade(sky, phase, air.light)};
+  const np_bands phase = compute_aerosol_phase(r->sky, r->direction);
+  if (out_first) *out_first = shade(r->sky, phase, air.first);
+  return (np_aerial_perspective){np_bands_to_spectrum(np_bands_exp(-air.depth)), shade(r->sky, phase, air.light)};
 }
 
 np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
-  return compute_aerial(sky, direction, distance_m, NULL);
-}
-
-np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
-                                           np_spectrum *out_first) {
-  return compute_aerial(sky, direction, distance_m, out_first);
+  const np_sky_ray ray = np_sky_ray_start(sky, direction);
+  return np_sky_ray_get_air(&ray, distance_m, NULL);
 }
 
 /* Angles of the hemisphere integral, denser towards the forward peak. */
@@ -253,18 +254,19 @@ np_hemisphere_shares np_sky_compute_hemisphere_shares(const neph_sky *sky, np_ve
   return (np_hemisphere_shares){share, np_spectrum_subtract(np_spectrum_grey(1.0f), share)};
 }
 
-np_even_inscatter np_sky_compute_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m,
+np_even_inscatter np_sky_compute_even_inscatter(const np_sky_ray *ray, double distance_m,
                                                 const np_hemisphere_shares *shares) {
+  const neph_sky *sky = ray->sky;
   air_column air;
-  (void)sample_aerial(sky, direction, distance_m, true, &air);
-  const float rayleigh = np_phase_rayleigh_eval(np_vec3_dot(direction, sky->sun));
+  (void)sample_aerial(ray, distance_m, true, &air);
+  const float rayleigh = np_phase_rayleigh_eval(np_vec3_dot(ray->direction, sky->sun));
   const float scale = sky->frame.twilight / (2.0f * NP_PI_F);
   const np_spectrum light = np_spectrum_scale(sky->irradiance, scale);
   const np_spectrum molecules = np_spectrum_multiply(np_bands_to_spectrum(air.first.smooth * (0.5f / rayleigh)), light);
   const np_spectrum aerosols = np_spectrum_multiply(np_bands_to_spectrum(air.first.peak), light);
   return (np_even_inscatter){.upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
                              .lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols)),
-                             .first = shade(sky, compute_aerosol_phase(sky, direction), air.first)};
+                             .first = shade(sky, compute_aerosol_phase(sky, ray->direction), air.first)};
 }
 
 static np_vec3 read_direction(const double direction[3]) {

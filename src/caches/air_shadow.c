@@ -131,19 +131,20 @@ static double compute_ground_distance(const shadow_probe *p, np_vec3 direction) 
   return np_world_intersect_ground(p->world, p->out->rays.origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
 }
 
-static np_spectrum compute_first_order(const neph_sky *sky, np_vec3 direction, double distance_m) {
+static np_spectrum compute_first_order(const np_sky_ray *ray, double distance_m) {
   np_spectrum first;
-  (void)np_sky_aerial_orders(sky, direction, distance_m, &first);
+  (void)np_sky_ray_get_air(ray, distance_m, &first);
   return first;
 }
 
 /* Distance along a ray beyond which the air adds at most the share `light_rest` of its light. */
 static double search_light_end(const neph_sky *sky, np_vec3 direction, double end) {
-  const float all = np_spectrum_max(compute_first_order(sky, direction, end));
+  const np_sky_ray ray = np_sky_ray_start(sky, direction);
+  const float all = np_spectrum_max(compute_first_order(&ray, end));
   double low = 0.0, high = fmin(end, 3e6);
   for (int k = 0; k < 12; k++) {
     const double middle = 0.5 * (low + high);
-    *(np_spectrum_max(compute_first_order(sky, direction, middle)) < (1.0f - light_rest) * all ? &low : &high) = middle;
+    *(np_spectrum_max(compute_first_order(&ray, middle)) < (1.0f - light_rest) * all ? &low : &high) = middle;
   }
   return high;
 }
@@ -347,14 +348,14 @@ static void lose_node(const loss_job *job, size_t node) {
   const double ground = (double)v->ground_m[node];
   uint16_t(*out)[NP_BAND_COUNT] = &job->out->visible_fraction[node * PLANES];
   np_spectrum lost = np_spectrum_grey(0.0f);
-  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(job->world->camera_sky, direction);
+  const np_sky_ray ray = np_sky_ray_start(job->world->camera_sky, direction);
+  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
   np_even_inscatter before = {lost, lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
     const double end = fmin(compute_plane(v->reach_m, c), ground);
     const bool is_past = c > 0 && !(end > begin);
-    const np_even_inscatter up_to =
-        is_past ? before : np_sky_compute_even_inscatter(job->world->camera_sky, direction, end, &shares);
+    const np_even_inscatter up_to = is_past ? before : np_sky_compute_even_inscatter(&ray, end, &shares);
     if (c < CELLS && end > begin) {
       const float seen = v->seen[node * CELLS + (size_t)c];
       const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));

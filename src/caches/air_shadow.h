@@ -37,6 +37,7 @@ typedef struct np_view_ray {
   np_dvec3 eye;
   np_vec3 direction;
   float film[2];
+  const np_sky_ray *sky_ray; /* in the camera's sky; NULL: each query starts one */
 } np_view_ray;
 
 /* Projection that is not a plane: direction through a place of its film. */

@@ -14,7 +14,8 @@ np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *
   if (!lighting->air_shadow || !world->camera_sky)
     return np_world_sky_radiance(world, world->camera_sky, view->eye, view->direction);
   np_spectrum first;
-  (void)np_sky_aerial_orders(world->camera_sky, view->direction, INFINITY, &first);
+  const np_sky_ray ray = np_sky_ray_start(world->camera_sky, view->direction);
+  (void)np_sky_ray_get_air(&ray, INFINITY, &first);
   const np_spectrum clear = np_sky_radiance(world->camera_sky, view->direction);
   return np_world_add_beyond(world, view->eye, view->direction,
                              shade(lighting->air_shadow, view, INFINITY, clear, first));
@@ -32,9 +33,14 @@ np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *
 np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world,
                                              const np_view_ray *view, double distance_m) {
   const neph_sky *sky = world->camera_sky;
-  if (!lighting->air_shadow || !sky) return np_world_air(world, sky, view->eye, view->direction, distance_m);
+  if (!sky || (!lighting->air_shadow && !view->sky_ray))
+    return np_world_air(world, sky, view->eye, view->direction, distance_m);
+  np_sky_ray own;
+  if (!view->sky_ray) own = np_sky_ray_start(sky, view->direction);
+  const np_sky_ray *ray = view->sky_ray ? view->sky_ray : &own;
+  if (!lighting->air_shadow) return np_sky_ray_get_air(ray, distance_m, NULL);
   np_spectrum first;
-  np_aerial_perspective air = np_sky_aerial_orders(sky, view->direction, distance_m, &first);
+  np_aerial_perspective air = np_sky_ray_get_air(ray, distance_m, &first);
   air.inscatter = shade(lighting->air_shadow, view, distance_m, air.inscatter, first);
   return air;
 }

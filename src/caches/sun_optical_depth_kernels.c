@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/isa.h"
+#include "core/math.h"
 #include "core/stable.h"
 #include "caches/sun_optical_depth.h"
 #include "volume/brick_walk.h"
@@ -21,11 +22,20 @@ typedef struct sun_ray {
   const np_instance *volume;
   double spacing;
   size_t count, next; /* number of nodes, and the first not yet reached */
+  double t_next;      /* place of that node; infinite beyond the last */
   float depth, *out;
 } sun_ray;
 
-static void store_until(sun_ray *r, double t) {
-  while (r->next < r->count && (double)r->next * r->spacing <= t) r->out[r->next++] = r->depth;
+static void set_next(sun_ray *r, size_t next) {
+  r->next = next;
+  r->t_next = next < r->count ? (double)next * r->spacing : HUGE_VAL;
+}
+
+static inline void store_until(sun_ray *r, double t) {
+  while (r->t_next <= t) {
+    r->out[r->next] = r->depth;
+    set_next(r, r->next + 1);
+  }
 }
 
 /* Cuts a span at nodes, from t on, measured from the span's begin: middles, lengths and ends of the pieces. Returns
@@ -51,7 +61,7 @@ static void follow_constant(sun_ray *r, const np_brick_span *span) {
   end = end < r->count ? end : r->count;
   while (end > r->next && (double)(end - 1) * r->spacing > span->t_end) end--;
   for (size_t n = r->next; n < end; n++) r->out[n] = (float)(depth + rate * ((double)n * r->spacing));
-  r->next = end > r->next ? end : r->next;
+  if (end > r->next) set_next(r, end);
   r->depth += (float)(rate * (span->t_end - span->t_begin));
 }
 
@@ -75,6 +85,7 @@ static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_sp
 /* Marches a ray from a place on the plane where the rays begin, in steps of the lattice. */
 static void follow_ray(const np_sun_column *c, double u, double v, double spacing, size_t count, float *out) {
   sun_ray r = {.volume = c->volume, .spacing = spacing, .count = count, .out = out};
+  set_next(&r, 0);
   const np_dvec3 origin = np_affine_point(&c->lattice->lattice_to_world, np_dvec3_make(u, v, 0.0));
   np_brick_walk walk;
   np_brick_span span;
@@ -99,11 +110,16 @@ static void follow_rays(const np_sun_column *c) {
                  c->rays + (size_t)(i * NODES + j) * count);
 }
 
-/* The largest |e^{−x·a} − e^{−x·b}| for x from `rate` to 1: it has one maximum, at x = ln(b/a)/(b − a). */
-static float compute_light_error(float a, float b, float rate) {
-  const float low = fminf(a, b), gap = fabsf(a - b);
-  const float x = np_clampf(log1pf(gap / fmaxf(low, 1e-20f)) / gap, rate, 1.0f);
-  return np_transmittance(x * low) * -expm1f(-x * gap);
+/* The largest e^{−x·low}·(1 − e^{−x·gap}) for x from `rate` to 1: the error of light whose depth errs by `gap`. Without
+ * calls and branches, for loops that compilers make vectors of. Without bounds on x the maximum is at
+ * x·gap = ln(1 + r), r = gap/low, and (1 + r)^{−1/r}·r/(1 + r) there, here within 1.2 %. */
+static inline float compute_light_error(float low, float gap, float rate) {
+  const float at_full = (1.0f - np_opacity(low)) * np_opacity(gap);
+  const float opacity = np_opacity(rate * gap), at_least = (1.0f - np_opacity(rate * low)) * opacity;
+  const float r = gap / np_maxf(low, 1e-20f);
+  const float within = r / (r + 2.71828f + 2.07f * r / (6.35f + r));
+  const float bounded = (1.0f + r) * (1.0f - opacity) < 1.0f ? at_least : within;
+  return (1.0f + r) * (1.0f - np_opacity(gap)) > 1.0f ? at_full : bounded;
 }
 
 /* Nodes of a cell: `edge` intervals along each axis. */
@@ -112,25 +128,58 @@ typedef struct node_block {
   size_t step[3], edge;
 } node_block;
 
+/* Nodes halfway between two others of a plane of nodes: the lower of each node's depth and its interpolation, and their
+ * difference. */
+typedef struct node_plane {
+  size_t count;
+  float low[NP_SUN_FINE_EDGE / 2 * (NP_SUN_FINE_EDGE + 1)], gap[NP_SUN_FINE_EDGE / 2 * (NP_SUN_FINE_EDGE + 1)];
+} node_plane;
+
+static void gather_plane(const float *first, size_t edge, size_t stride, size_t step, size_t across, node_plane *out) {
+  out->count = 0;
+  for (size_t j = 0; j <= edge; j += stride)
+    for (size_t k = stride; k < edge; k += 2 * stride) {
+      const float *node = first + j * across + k * step;
+      const float guess = 0.5f * (*(node - stride * step) + node[stride * step]);
+      out->low[out->count] = np_minf(guess, *node);
+      out->gap[out->count++] = fabsf(guess - *node);
+    }
+}
+
+static float sum_plane(const node_plane *plane, float rate) {
+  enum { LANES = 8 };
+  float sums[LANES] = {0.0f}, sum = 0.0f;
+  const size_t whole = plane->count - plane->count % LANES;
+  for (size_t i = 0; i < whole; i += LANES)
+    for (size_t lane = 0; lane < LANES; lane++) {
+      const float error = compute_light_error(plane->low[i + lane], plane->gap[i + lane], rate);
+      sums[lane] += error * error;
+    }
+  for (size_t i = whole; i < plane->count; i++) {
+    const float error = compute_light_error(plane->low[i], plane->gap[i], rate);
+    sum += error * error;
+  }
+  for (size_t lane = 0; lane < LANES; lane++) sum += sums[lane];
+  return sum;
+}
+
 /* Sum over nodes halfway between two others, each `stride` apart, of the squared error in light of their
  * interpolation. */
-static float sum_curvatures(const node_block *b, size_t stride, int axis, float rate, int *count) {
-  const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]}, step = stride * b->step[axis];
+static float sum_curvatures(const node_block *b, size_t stride, int axis, float rate, size_t *count) {
+  const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]};
+  node_plane plane;
   float sum = 0.0f;
-  for (size_t i = 0; i <= b->edge; i += stride)
-    for (size_t j = 0; j <= b->edge; j += stride)
-      for (size_t k = stride; k < b->edge; k += 2 * stride, ++*count) {
-        const float *node = b->first + i * other[0] + j * other[1] + k * b->step[axis];
-        const float guess = 0.5f * (*(node - step) + node[step]), gap = fabsf(guess - *node);
-        const float error = gap > 1e-3f ? compute_light_error(guess, *node, rate) : gap;
-        sum += error * error;
-      }
+  for (size_t i = 0; i <= b->edge; i += stride) {
+    gather_plane(b->first + i * other[0], b->edge, stride, b->step[axis], other[1], &plane);
+    sum += sum_plane(&plane, rate);
+    *count += plane.count;
+  }
   return sum;
 }
 
 /* Root mean square of these errors, over every second node along each axis. */
 static float compute_curvature(const node_block *b, size_t stride, float rate) {
-  int count = 0;
+  size_t count = 0;
   float sum = 0.0f;
   for (int axis = 0; axis < 3; axis++) sum += sum_curvatures(b, stride, axis, rate, &count);
   return sqrtf(sum / (float)count);

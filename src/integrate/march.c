@@ -232,6 +232,7 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->lighting = lighting;
   m->settings = settings;
   m->ray = ray;
+  m->view = np_camera_ray_get_view(ray);
   m->random = random;
   m->field = settings->scattering_max > 1 ? lighting->scattering : NULL;
   m->medium = m->field ? np_scattering_field_get_medium(m->field) : NULL;

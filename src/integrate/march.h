@@ -24,6 +24,8 @@ typedef struct np_march {
   const np_lighting *lighting;
   const np_integrator_settings *settings;
   const np_camera_ray *ray;
+  np_view_ray view;   /* the ray, for queries of its air */
+  np_sky_ray sky_ray; /* `view.sky_ray`, from the first query on */
   np_random *random;
   np_vec3 to_sun;
   float carry; /* largest weight of the light of later steps; 0: the ray ends */
@@ -57,6 +59,15 @@ typedef struct np_march {
     } peak[NP_INSTANCES_MAX];
   } sun;
 } np_march;
+
+/* Aerial perspective between the eye and a point at `distance_m` from the ray's origin, with the shadows in the air. */
+static inline np_aerial_perspective np_march_get_air(np_march *m, double distance_m) {
+  if (!m->view.sky_ray && np_world_has_sky_tables(m->world)) {
+    m->sky_ray = np_sky_ray_start(m->world->camera_sky, m->view.direction);
+    m->view.sky_ray = &m->sky_ray;
+  }
+  return np_lighting_camera_air(m->lighting, m->world, &m->view, m->ray->begin_m + distance_m);
+}
 
 /* Light a step: add the light that it scatters to the camera, and attenuate the ray. `scaled`: in the scaled medium
  * with a solution of multiple scattering; `approximation`: by single scattering and an approximation of multiple

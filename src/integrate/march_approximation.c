@@ -188,7 +188,7 @@ void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s) {
   const double middle = np_step_middle(s);
   float total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
-  const np_aerial_perspective air = np_camera_ray_get_air(m->lighting, m->world, m->ray, middle);
+  const np_aerial_perspective air = np_march_get_air(m, middle);
   const float opacity = np_opacity(total), loss = m->transmittance * opacity, error = np_march_get_light_error(m, loss);
   const float shown_share = np_march_get_shown_share(m, s);
   np_march_add(m, NP_COMPONENT_AIR, loss * shown_share, air.inscatter);

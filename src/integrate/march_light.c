@@ -246,7 +246,7 @@ static void clear_held_out(const np_step *s, np_spectrum *scattering) {
 /* Lights a step. The forward peak's depth is that at its middle. */
 static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
-  const np_aerial_perspective air = np_camera_ray_get_air(m->lighting, m->world, m->ray, middle);
+  const np_aerial_perspective air = np_march_get_air(m, middle);
   const float hidden = m->transmittance * optics->opacity, shown = hidden * np_march_get_shown_share(m, s);
   m->out->held_out += hidden - shown;
   if (m->ray->layers) add_opacities(m, s, hidden / optics->depth);

@@ -132,6 +132,11 @@ np_spectrum np_world_add_beyond(const np_world *world, np_dvec3 origin, np_vec3 
 /* Radiance from beyond the air, without the air's light and attenuation: night and environment. */
 np_spectrum np_world_space_radiance(const np_world *world, np_dvec3 origin, np_vec3 direction);
 
+/* Whether camera rays find their air in the tables of the camera's sky. */
+static inline bool np_world_has_sky_tables(const np_world *world) {
+  return world->camera_sky && !world->has_parallel_view;
+}
+
 /* In-scatter and transmittance between the observer of `sky` and a point along a ray. `sky` NULL: air without light, if
  * any. */
 np_aerial_perspective np_world_air(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
