@@ -164,7 +164,7 @@ static neph_result compress_strips(void *user, size_t begin, size_t end, unsigne
   neph_result result = NEPH_OK;
   for (size_t strip = begin; strip < end && !result; strip++) {
     z_stream z = {0};
-    if (deflateInit2(&z, LEVEL, Z_DEFLATED, -MAX_WBITS, MEMORY_LEVEL, Z_DEFAULT_STRATEGY) != Z_OK)
+    if (deflateInit2(&z, LEVEL, Z_DEFLATED, -MAX_WBITS, MEMORY_LEVEL, Z_FILTERED) != Z_OK)
       return fail_compression(p);
     result = deflate_lines(&z, p, strip, &p->strips[strip]);
     (void)deflateEnd(&z);
