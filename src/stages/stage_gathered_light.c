@@ -221,7 +221,8 @@ static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_clou
                             .depths = &depths,
                             .scattering = in->scattering,
                             .bounds_min = np_dvec3_subtract(in->clouds->low, voxel),
-                            .is_coarse = np_stage_is_coarse(&in->part),
+                            .is_coarse = np_stage_is_coarse(&in->part) ||
+                                         in->part.scene->render.light_residual >= NP_SCATTERING_ROUGH,
                             .bounds_max = np_dvec3_add(in->clouds->high, voxel),
                             .period_m = {np_instances_compute_period(&in->world->clouds, 0),
                                          np_instances_compute_period(&in->world->clouds, 1)}};

@@ -15,8 +15,9 @@
 
 enum {
   NODES = NP_BORDER_NODES,
-  EVEN = 5,          /* number of equidistant nodes along an axis */
-  DIRECTIONS = 1024, /* directions over the whole sphere, of which half leave through a face */
+  EVEN = 5,               /* number of equidistant nodes along an axis */
+  DIRECTIONS = 1024,      /* directions over the whole sphere, of which half leave through a face, … */
+  DIRECTIONS_ROUGH = 256, /* … and for a rough solution */
   AIR_CELLS = 12,
   FACES = 6,
   MARGIN = (NP_BORDER_WIDE - NP_BORDER_PLAN) / 2
@@ -42,6 +43,7 @@ typedef struct border_fill {
   const np_border_set *sets;
   unsigned set_count;
   double low[3], high[3];
+  unsigned direction_count;
   np_vec3 direction[DIRECTIONS];                    /* looking out */
   uint16_t nearest[NP_BORDER_SETS_MAX][DIRECTIONS]; /* octant × lanes + ordinate */
   air_ray *air;                                     /* NULL: no air that shines */
@@ -57,8 +59,8 @@ static double compute_place(const border_fill *f, int axis, double share) {
 }
 
 static void choose_directions(border_fill *f) {
-  for (unsigned i = 0; i < DIRECTIONS; i++) {
-    const double z = 1.0 - (2.0 * i + 1.0) / DIRECTIONS, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+  for (unsigned i = 0; i < f->direction_count; i++) {
+    const double z = 1.0 - (2.0 * i + 1.0) / f->direction_count, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     f->direction[i] = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
     for (unsigned s = 0; s < f->set_count; s++)
@@ -79,9 +81,9 @@ static float compute_glint(const border_fill *f) {
   const float cosine = f->world->to_sun.z;
   if (!f->world->water || !(cosine > 0.0f)) return 1.0f;
   double sum = 0.0;
-  for (unsigned i = 0; i < DIRECTIONS; i++) sum -= (double)(f->direction[i].z * reflect_sun(f, i));
+  for (unsigned i = 0; i < f->direction_count; i++) sum -= (double)(f->direction[i].z * reflect_sun(f, i));
   const double flux = (double)(cosine * np_water_reflectance(f->world->water, cosine));
-  return (float)np_clamp(flux / (sum * 4.0 * NP_PI / DIRECTIONS), 0.0, 4.0);
+  return (float)np_clamp(flux / (sum * 4.0 * NP_PI / f->direction_count), 0.0, 4.0);
 }
 
 /* The same light along the ordinates, over its mean in Lambert's sense: Σ weight·cosine·glint = π. */
@@ -90,7 +92,7 @@ static void fill_glint(const border_fill *f, unsigned set) {
   float *out = &f->sets[set].border->glint[0][0][0];
   unsigned counts[ALL] = {0};
   if (!f->world->water || !(f->world->to_sun.z > 0.0f)) return;
-  for (unsigned i = 0; i < DIRECTIONS; i++) {
+  for (unsigned i = 0; i < f->direction_count; i++) {
     out[f->nearest[set][i]] += reflect_sun(f, i);
     counts[f->nearest[set][i]]++;
   }
@@ -277,7 +279,7 @@ static np_spectrum trace_radiance(border_node *n, unsigned direction) {
 
 /* Directions that look out of the node's face. */
 static void sample_node(border_node *n) {
-  for (unsigned i = 0; i < DIRECTIONS; i++) {
+  for (unsigned i = 0; i < n->fill->direction_count; i++) {
     const np_vec3 d = n->fill->direction[i];
     const float along = n->axis == 0 ? d.x : n->axis == 1 ? d.y : d.z;
     if (along * (float)n->side <= 0.0f) continue;
@@ -460,10 +462,10 @@ static np_spectrum measure_clear_below(const border_fill *f) {
   const np_sun_optical_depth_source none = {NULL, get_no_depth};
   const np_dvec3 from = np_dvec3_make(compute_place(f, 0, 0.5), compute_place(f, 1, 0.5), f->high[2]);
   np_spectrum sum = np_spectrum_grey(0.0f);
-  for (unsigned i = 0; i < DIRECTIONS; i++) {
+  for (unsigned i = 0; i < f->direction_count; i++) {
     if (f->direction[i].z >= 0.0f) continue;
     const np_spectrum radiance = np_boundary_radiance_compute(f->world, &none, from, f->direction[i]);
-    sum = np_spectrum_add_scaled(sum, -f->direction[i].z * 4.0f * NP_PI_F / DIRECTIONS, radiance);
+    sum = np_spectrum_add_scaled(sum, -f->direction[i].z * 4.0f * NP_PI_F / (float)f->direction_count, radiance);
   }
   return sum;
 }
@@ -553,9 +555,9 @@ static neph_result fill_sets(border_fill *f, np_monitor *monitor) {
   neph_context *context = f->grid->context;
   neph_result result = NEPH_OK;
   if (f->world->cloud_sky) {
-    f->air = np_alloc(context, DIRECTIONS, sizeof *f->air);
+    f->air = np_alloc(context, f->direction_count, sizeof *f->air);
     if (!f->air) return NEPH_ERROR_OUT_OF_MEMORY;
-    result = np_parallel_for(context, monitor, DIRECTIONS, 16, trace_air, f);
+    result = np_parallel_for(context, monitor, f->direction_count, 16, trace_air, f);
   }
   for (unsigned s = 0; s < f->set_count && !result; s++) {
     result = allocate_faces(context, f->sets[s].ordinates->block_count, f->sets[s].border);
@@ -574,7 +576,7 @@ static neph_result fill_sets(border_fill *f, np_monitor *monitor) {
 
 neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
                            const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
-                           const np_border_set *sets, unsigned set_count) {
+                           bool is_rough, const np_border_set *sets, unsigned set_count) {
   border_fill *f = np_alloc(grid->context, 1, sizeof *f);
   if (!f) return NEPH_ERROR_OUT_OF_MEMORY;
   *f =
@@ -583,6 +585,7 @@ neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
     f->low[a] = grid->edge_m[a][0];
     f->high[a] = grid->edge_m[a][grid->size[a]];
   }
+  f->direction_count = is_rough ? DIRECTIONS_ROUGH : DIRECTIONS;
   choose_directions(f);
   f->glint = compute_glint(f);
   const neph_result result = fill_sets(f, monitor);

@@ -108,10 +108,11 @@ typedef struct np_border_set {
   np_border *border; /* zero before; np_border_clear frees it, on failure too */
 } np_border_set;
 
-/* `fade`: of each cloud, the share of its optical depth that dims the beam in the solution's scaled medium. */
+/* `fade`: of each cloud, the share of its optical depth that dims the beam in the solution's scaled medium. `is_rough`:
+ * by a quarter of the rays. */
 neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
                            const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
-                           const np_border_set *sets, unsigned set_count);
+                           bool is_rough, const np_border_set *sets, unsigned set_count);
 void np_border_clear(neph_context *context, np_border *border);
 
 /* Renews a band's faces for the light that leaves the box, in place of that in clear air. */

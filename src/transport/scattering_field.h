@@ -53,6 +53,9 @@ typedef struct np_scattering_desc {
   const np_solution_keeper *keeper; /* NULL: states are not stored, as with a time limit */
 } np_scattering_desc;
 
+/* Tolerance of a solution, in drafts, from which light around the clouds is computed by fewer rays. */
+#define NP_SCATTERING_ROUGH 0.01
+
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.5 kB each in cloud while it is solved. */
 #define NP_SCATTERING_DESC_DEFAULT                                                                                     \
   {                                                                                                                    \

@@ -277,7 +277,8 @@ static neph_result fill_border(np_scattering_solver *s, const np_transport_grid 
     const float forward = np_scaled_phase_compute_forward(&cloud->phase, s->broad->ordinates.degree);
     s->fade[v] = 1.0f - forward * np_spectrum_max(cloud->albedo);
   }
-  return np_border_fill(grid, s->world, s->depths, s->fade, s->monitor, sets, s->fine == s->broad ? 1 : 2);
+  return np_border_fill(grid, s->world, s->depths, s->fade, s->monitor, s->desc->tolerance >= NP_SCATTERING_ROUGH, sets,
+                        s->fine == s->broad ? 1 : 2);
 }
 
 /* Scaled phase functions of all clouds for the field, and of the solved clouds in their order. */
