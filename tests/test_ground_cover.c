@@ -54,7 +54,7 @@ static neph_terrain *make_flat(neph_context *context, const neph_terrain_desc *d
 static void get_albedo(const neph_terrain *terrain, double x, double y, float out[3]) {
   np_terrain_hit hit;
   assert_true(np_terrain_intersect(terrain, np_dvec3_make(x, y, 5e3), np_vec3_make(0, 0, -1), 1e5, &hit));
-  np_terrain_eval_albedo(terrain, &hit, out);
+  np_terrain_eval_albedo(terrain, &hit, 0.0f, out);
 }
 
 /* Halves of the EXR: 2⁻¹¹ of a value. The middles of squares are eight texels from the next. */

@@ -257,6 +257,7 @@ static const struct {
     {"clouds[].bake.shape.mesh.rotation", SOLID, "45 deg"},
     {"clouds[].bake.shape.mesh.position", SOLID, "[20 m, 0, 40 m]"},
     {"clouds[].bake.billow_frequencies", BAKED("thickness: 60 m, model: thermals") QUICK, NULL},
+    {"terrain.ground_cover", ROCK, "savanna"},
     {"terrain.rock", ROCK, "none"},
     {"terrain.raw.size", RAW, "[8, 2]"},
     {"terrain.raw.type", RAW, "int16"},

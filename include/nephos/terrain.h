@@ -60,6 +60,15 @@ typedef enum neph_mesh_normals {
   NEPH_MESH_NORMALS_FLAT    /**< normals of each triangle */
 } neph_mesh_normals;
 
+/** Albedo by climate: vegetation, fields, sand, rock and snow by height, slope, aspect and noise. */
+typedef enum neph_ground_cover {
+  NEPH_GROUND_COVER_NONE,      /**< ground_albedo or albedo_image */
+  NEPH_GROUND_COVER_TEMPERATE, /**< meadows, fields and forests; rock above */
+  NEPH_GROUND_COVER_ALPINE,    /**< forests to 1250 m, scree and rock, snow from 1700 m */
+  NEPH_GROUND_COVER_DESERT,    /**< sand and gravel, dark rock on slopes */
+  NEPH_GROUND_COVER_SAVANNA    /**< dry grass with trees */
+} neph_ground_cover;
+
 /** Triangles from a file that Assimp reads (.gltf, .glb, .obj, .ply, .stl, .fbx, .dae). Nodes may place one mesh many
  * times: its triangles are stored once. Both sides are ground; holes are open. */
 typedef struct neph_mesh_desc {
@@ -82,35 +91,37 @@ typedef struct neph_mesh_desc {
 /** Position and material of a height field, of a mesh, or of both. */
 typedef struct neph_terrain_desc {
   size_t struct_size;
-  double planet_radius_m;        /**< heights stand on this sphere; > 0 (default 6360 km) */
-  bool has_place;                /**< whether latitude and longitude are given (default false: the file's centre) */
-  double latitude_rad;           /**< latitude of the world origin, −π/2 to π/2 (default 0) */
-  double longitude_rad;          /**< longitude of the world origin (default 0) */
-  double width_m;                /**< width along x of pictures and procedural fields; > 0 (default 30 km) */
-  bool has_width;                /**< whether width_m is given: georeferenced files refuse one (default false) */
-  double height_min_m;           /**< elevation of value 0 in PNG and raw; EXR is in metres (default 0) */
-  double height_max_m;           /**< elevation of full scale in PNG and raw (default 2000) */
-  neph_terrain_edge edge;        /**< default NEPH_TERRAIN_EDGE_INFINITE */
-  const char *crs;               /**< coordinate system in place of the file's: EPSG:32611, WKT, PROJ (default NULL) */
-  neph_height_unit unit;         /**< unit of heights (default NEPH_HEIGHT_UNIT_FILE) */
-  neph_height_encoding encoding; /**< default NEPH_HEIGHT_ENCODING_VALUES */
-  unsigned raw_size[2];          /**< samples along x and y of a file without header (default 0: none given) */
-  neph_raw_type raw_type;        /**< default NEPH_RAW_TYPE_UINT16 */
-  bool raw_is_big_endian;        /**< high bytes first (default false) */
-  double ground_albedo[3];       /**< Lambert, 0 to 1 (default 0.2 each) */
-  const char *albedo_image;      /**< PNG (sRGB) or EXR (linear) in place of ground_albedo, north up, over the field
-                                      (default NULL) */
-  bool has_rock;                 /**< rock on steep slopes (default false) */
-  double rock_albedo[3];         /**< 0 to 1 (default 0.13, 0.12, 0.11) */
-  double rock_slope_rad;         /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
-  bool has_snow;                 /**< snow on high ground (default false) */
-  double snow_albedo[3];         /**< 0 to 1 (default 0.86, 0.88, 0.9) */
-  double snow_level_m;           /**< elevation above which snow lies (default 1500) */
-  double snow_slope_rad;         /**< slope above which none stays, 0 to π/2 (default 50°) */
-  neph_progress_fn progress;     /**< default NULL */
-  void *progress_user;           /**< default NULL */
-  const char *mesh_file;         /**< triangles beside the height field (default NULL) */
-  const neph_mesh_desc *mesh;    /**< NULL: the default (default NULL) */
+  double planet_radius_m;         /**< heights stand on this sphere; > 0 (default 6360 km) */
+  bool has_place;                 /**< whether latitude and longitude are given (default false: the file's centre) */
+  double latitude_rad;            /**< latitude of the world origin, −π/2 to π/2 (default 0) */
+  double longitude_rad;           /**< longitude of the world origin (default 0) */
+  double width_m;                 /**< width along x of pictures and procedural fields; > 0 (default 30 km) */
+  bool has_width;                 /**< whether width_m is given: georeferenced files refuse one (default false) */
+  double height_min_m;            /**< elevation of value 0 in PNG and raw; EXR is in metres (default 0) */
+  double height_max_m;            /**< elevation of full scale in PNG and raw (default 2000) */
+  neph_terrain_edge edge;         /**< default NEPH_TERRAIN_EDGE_INFINITE */
+  const char *crs;                /**< coordinate system in place of the file's: EPSG:32611, WKT, PROJ (default NULL) */
+  neph_height_unit unit;          /**< unit of heights (default NEPH_HEIGHT_UNIT_FILE) */
+  neph_height_encoding encoding;  /**< default NEPH_HEIGHT_ENCODING_VALUES */
+  unsigned raw_size[2];           /**< samples along x and y of a file without header (default 0: none given) */
+  neph_raw_type raw_type;         /**< default NEPH_RAW_TYPE_UINT16 */
+  bool raw_is_big_endian;         /**< high bytes first (default false) */
+  double ground_albedo[3];        /**< Lambert, 0 to 1 (default 0.2 each) */
+  const char *albedo_image;       /**< PNG (sRGB) or EXR (linear) in place of ground_albedo, north up, over the field
+                                       (default NULL) */
+  bool has_rock;                  /**< rock on steep slopes (default false) */
+  double rock_albedo[3];          /**< 0 to 1 (default 0.13, 0.12, 0.11) */
+  double rock_slope_rad;          /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
+  bool has_snow;                  /**< snow on high ground (default false) */
+  double snow_albedo[3];          /**< 0 to 1 (default 0.86, 0.88, 0.9) */
+  double snow_level_m;            /**< elevation above which snow lies (default 1500) */
+  double snow_slope_rad;          /**< slope above which none stays, 0 to π/2 (default 50°) */
+  neph_progress_fn progress;      /**< default NULL */
+  void *progress_user;            /**< default NULL */
+  const char *mesh_file;          /**< triangles beside the height field (default NULL) */
+  const neph_mesh_desc *mesh;     /**< NULL: the default (default NULL) */
+  neph_ground_cover ground_cover; /**< in place of ground_albedo and albedo_image; its surface is rough (default
+                                       NEPH_GROUND_COVER_NONE) */
 } neph_terrain_desc;
 
 #define NEPH_TERRAIN_DESC_DEFAULT                                                                                      \
@@ -122,7 +133,7 @@ typedef struct neph_terrain_desc {
     .raw_is_big_endian = false, .ground_albedo = {0.2, 0.2, 0.2}, .albedo_image = NULL, .has_rock = false,             \
     .rock_albedo = {0.13, 0.12, 0.11}, .rock_slope_rad = 0.6108652381980153, .has_snow = false,                        \
     .snow_albedo = {0.86, 0.88, 0.9}, .snow_level_m = 1500.0, .snow_slope_rad = 0.8726646259971648, .progress = NULL,  \
-    .progress_user = NULL, .mesh_file = NULL, .mesh = NULL                                                             \
+    .progress_user = NULL, .mesh_file = NULL, .mesh = NULL, .ground_cover = NEPH_GROUND_COVER_NONE                     \
   }
 
 /** Reads a height field and builds the ray-tracing structure: SRTM .hgt (a name that starts with the corner), 16-bit

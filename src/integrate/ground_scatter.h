@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ground as a vertex of paths: land by Lambert's law, or water (world/water.h), whose waves' reflection and diffuse
- * light are drawn in proportion to what they send back. */
+/* Ground as a vertex of paths: land by Lambert's law or rough (world/ground_brdf.h), or water (world/water.h), whose
+ * waves' reflection and diffuse light are drawn in proportion to what they send back. */
 #ifndef NP_INTEGRATE_GROUND_SCATTER_H
 #define NP_INTEGRATE_GROUND_SCATTER_H
 
 #include "core/random.h"
 #include "core/units.h"
+#include "world/ground_brdf.h"
 #include "world/world.h"
 
 typedef struct np_ground_scatter {
@@ -37,7 +38,10 @@ static inline np_ground_scatter np_ground_scatter_make(const np_ground_hit *hit,
 
 static inline np_ground_choice np_ground_scatter_eval(const np_ground_scatter *s, np_vec3 direction) {
   const float even = fmaxf(np_vec3_dot(s->hit->normal, direction), 0.0f) * (1.0f / NP_PI_F);
-  if (!s->hit->water) return (np_ground_choice){np_spectrum_grey(even), even};
+  if (!s->hit->water) {
+    const float ratio = np_ground_brdf_get_ratio(s->hit->roughness, s->hit->normal, s->to_viewer, direction);
+    return (np_ground_choice){np_spectrum_grey(ratio * even), even};
+  }
   const np_water_value water = np_water_eval(s->hit->water, s->hit->normal, s->to_viewer, direction);
   return (np_ground_choice){water.scattered, np_mixf(even, water.density, s->wave_share)};
 }
@@ -62,6 +66,8 @@ static inline bool np_ground_scatter_sample(const np_ground_scatter *s, np_rando
   if (!s->hit->water) {
     *out_direction = np_ground_sample_cosine(s->hit->normal, random, &cosine);
     *out_density = cosine * (1.0f / NP_PI_F);
+    *throughput = np_spectrum_scale(
+        *throughput, np_ground_brdf_get_ratio(s->hit->roughness, s->hit->normal, s->to_viewer, *out_direction));
     return true;
   }
   if (np_random_float(random) < s->wave_share) {

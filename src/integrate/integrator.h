@@ -97,7 +97,8 @@ static inline double np_camera_ray_get_end(const np_camera_ray *ray) { return ra
  * begins in the ground. */
 static inline bool np_camera_ray_intersect_ground(const np_world *world, const np_camera_ray *ray,
                                                   np_ground_hit *out_hit) {
-  return np_world_intersect_ground(world, ray->origin, ray->direction, out_hit) &&
+  const np_ground_cone cone = {ray->begin_m, ray->spread_rad};
+  return np_world_intersect_ground_cone(world, ray->origin, ray->direction, &cone, out_hit) &&
          !(out_hit->distance_m > np_camera_ray_get_end(ray)) && !(ray->begin_m > 0.0 && out_hit->distance_m <= 0.0);
 }
 

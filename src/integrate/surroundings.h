@@ -6,6 +6,7 @@
 
 #include "core/units.h"
 #include "integrate/emission_rays.h"
+#include "world/ground_brdf.h"
 
 /* Transmittance of the clouds from a point towards the sun. */
 typedef float (*np_cloud_shadow_fn)(const np_world *world, const np_lighting *lighting,
@@ -35,7 +36,7 @@ static inline void np_surroundings_add_opaque_ground(const np_world *world, cons
   np_integrator_add_opaque(out, weight, &(np_opaque){hit->distance_m, hit->albedo, hit->normal, sun_share});
 }
 
-/* Radiance of Lambert ground under sun, clouds' shadow, sky and emission. */
+/* Radiance of land under sun, clouds' shadow, sky and emission, the latter two by Lambert's law. */
 static inline np_spectrum np_surroundings_ground(const np_world *world, const np_lighting *lighting,
                                                  const np_integrator_settings *settings, const np_ground_hit *hit,
                                                  np_cloud_shadow_fn shadow, np_random *random) {
@@ -46,7 +47,10 @@ static inline np_spectrum np_surroundings_ground(const np_world *world, const np
     const np_spectrum sun = np_world_sunlight(world, hit->position, to_sun);
     if (!np_spectrum_is_zero(sun))
       irradiance = np_spectrum_add_scaled(
-          irradiance, cosine * shadow(world, lighting, settings, hit->position, to_sun, random), sun);
+          irradiance,
+          cosine * np_ground_brdf_get_ratio(hit->roughness, hit->normal, hit->to_viewer, to_sun) *
+              shadow(world, lighting, settings, hit->position, to_sun, random),
+          sun);
   }
   if (world->emission)
     irradiance = np_spectrum_add(irradiance, np_emission_irradiance(world, hit->position, hit->normal, random));

@@ -10,6 +10,7 @@
 
 static void add_cover(np_hash *hash, const neph_terrain_desc *desc) {
   NP_HASH_ADD(hash, desc->ground_albedo);
+  NP_HASH_ADD(hash, desc->ground_cover);
   NP_HASH_ADD(hash, desc->has_rock);
   NP_HASH_ADD(hash, desc->rock_albedo);
   NP_HASH_ADD(hash, desc->rock_slope_rad);

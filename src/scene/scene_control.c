@@ -190,6 +190,7 @@ static const struct cost_row {
     {"clouds[].detail", "light"},
     {"terrain", "bake"},
     {"terrain.albedo", "light"},
+    {"terrain.ground_cover", "light"},
     {"terrain.rock", "light"},
     {"terrain.snow", "light"},
     {"terrain.holdout", "view"},

@@ -24,6 +24,10 @@ static const np_choice terrain_edges[] = {{"infinite", NEPH_TERRAIN_EDGE_INFINIT
                                           {"fade", NEPH_TERRAIN_EDGE_FADE},
                                           {"wall", NEPH_TERRAIN_EDGE_WALL},
                                           {NULL, 0}};
+static const np_choice ground_covers[] = {
+    {"none", NEPH_GROUND_COVER_NONE},       {"temperate", NEPH_GROUND_COVER_TEMPERATE},
+    {"alpine", NEPH_GROUND_COVER_ALPINE},   {"desert", NEPH_GROUND_COVER_DESERT},
+    {"savanna", NEPH_GROUND_COVER_SAVANNA}, {NULL, 0}};
 static const np_choice height_units[] = {{"file", NEPH_HEIGHT_UNIT_FILE},
                                          {"metre", NEPH_HEIGHT_UNIT_METRE},
                                          {"foot", NEPH_HEIGHT_UNIT_FOOT},
@@ -338,6 +342,10 @@ static const np_key last_keys[] = {
     {.path = "terrain.albedo_image", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.albedo_image),
      .group = GROUP_ALBEDO, .alternative = 2,
      .meaning = "image of the albedo over the whole field, north up; PNG is read as sRGB, EXR as linear"},
+    {.path = "terrain.ground_cover", .type = NP_KEY_CHOICE, .choices = ground_covers,
+     .field = SCENE(terrain.desc.ground_cover), .fallback = "none", .group = GROUP_ALBEDO, .alternative = 3,
+     .meaning = "rough land by height, slope, aspect and noise: temperate, meadows, fields and forests; alpine, "
+                "forests to 1250 m, scree, rock, snow from 1700 m; desert; savanna; none: albedo or albedo_image"},
     {.path = "terrain.rock", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(terrain.desc.has_rock),
      .tag = SCENE(terrain.desc.has_rock), .tag_value = true, .meaning = "bare rock on steep slopes"},
     {.path = "terrain.rock.albedo", .type = NP_KEY_REAL, .field = SCENE(terrain.desc.rock_albedo),

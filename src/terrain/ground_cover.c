@@ -9,6 +9,7 @@
 #include "core/context_private.h"
 #include "core/units.h"
 #include "image/image_private.h"
+#include "terrain/land_cover.h"
 
 /* ---- Picture ---- */
 
@@ -92,7 +93,8 @@ neph_result np_ground_cover_create(neph_context *context, const neph_terrain_des
       .albedo = {(float)desc->ground_albedo[0], (float)desc->ground_albedo[1], (float)desc->ground_albedo[2]},
       .rock = make_layer(desc->has_rock, desc->rock_albedo, desc->rock_slope_rad, 0.0),
       .snow = make_layer(desc->has_snow, desc->snow_albedo, desc->snow_slope_rad, desc->snow_level_m)};
-  if (!desc->albedo_image) return NEPH_OK;
+  out->climate = desc->ground_cover;
+  if (!desc->albedo_image || out->climate) return NEPH_OK;
   neph_image *image;
   neph_result result = load_image(context, desc->albedo_image, monitor, &image);
   if (result) return result;
@@ -179,7 +181,9 @@ static float eval_snow(const np_ground_cover *cover, const np_cover_place *place
 }
 
 void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *place, float out_albedo[3]) {
-  if (cover->texels)
+  if (cover->climate)
+    np_land_cover_eval(cover->climate, cover->noise, place, out_albedo);
+  else if (cover->texels)
     sample_image(cover, place, out_albedo);
   else
     memcpy(out_albedo, cover->albedo, sizeof cover->albedo);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Albedo of a terrain from place to place: a picture over the field, rock where it is steep, snow where it is high.
+/* Albedo of a terrain from place to place: a picture over the field or land cover by climate, rock where it is steep,
+ * snow where it is high.
  *
  * Values are those of a scene's lists of three, in its reference bands: R, G and B of a picture as well. Rock replaces
  * the picture (or the one albedo), snow both. Borders are soft, and broken by noise of some metres to some hundreds.
@@ -12,6 +13,7 @@
 #include "core/math.h"
 #include "core/parallel.h"
 #include "noise/noise.h"
+#include "terrain/cover_place.h"
 
 typedef struct np_cover_layer {
   bool is_enabled;
@@ -27,14 +29,8 @@ typedef struct np_ground_cover {
   unsigned width, height; /* size of the picture */
   float (*texels)[3];     /* picture from the north-western corner, row by row; NULL: none */
   np_cover_layer rock, snow;
+  neph_ground_cover climate; /* in place of picture and albedo (land_cover.h) */
 } np_ground_cover;
-
-/* A place on the ground. */
-typedef struct np_cover_place {
-  float east, north;      /* share of the field's extent, 0 to 1 from its south-western corner */
-  double east_m, north_m; /* distance from the south-western corner */
-  float elevation_m, slope_rad;
-} np_cover_place;
 
 /* Reads the picture, if there is one. On failure `*out` is empty. */
 neph_result np_ground_cover_create(neph_context *context, const neph_terrain_desc *desc, np_monitor *monitor,
@@ -46,7 +42,7 @@ neph_result np_ground_cover_check_image(neph_context *context, const char *path)
 
 /* Whether the albedo differs from place to place. */
 static inline bool np_ground_cover_varies(const np_ground_cover *cover) {
-  return cover->texels || cover->rock.is_enabled || cover->snow.is_enabled;
+  return cover->climate || cover->texels || cover->rock.is_enabled || cover->snow.is_enabled;
 }
 
 void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *place, float out_albedo[3]);

@@ -19,6 +19,7 @@
 #include "terrain/field_facets.h"
 #include "terrain/ground_cover.h"
 #include "terrain/heightfield.h"
+#include "terrain/land_cover.h"
 #include "terrain/mesh_ground.h"
 #include "terrain/terrain_cover.h"
 
@@ -174,7 +175,8 @@ static void include_mesh(neph_terrain *terrain) {
 
 /* ---- ground ---- */
 
-static void eval_field_albedo(const neph_terrain *terrain, np_field_position position, np_vec3 normal, float out[3]) {
+static void eval_field_albedo(const neph_terrain *terrain, np_field_position position, np_vec3 normal,
+                              float footprint_m, float out[3]) {
   const np_heightfield *field = &terrain->field;
   const np_field_position core = np_heightfield_get_core_position(field, position);
   const double radius = terrain->planet_radius_m;
@@ -187,12 +189,15 @@ static void eval_field_albedo(const neph_terrain *terrain, np_field_position pos
                                           cos(field->has_place ? latitude : 0.0),
                                 .north_m = core.row * field->step_north_rad * radius,
                                 .elevation_m = (float)np_heightfield_get_elevation(field, position),
-                                .slope_rad = acosf(np_clampf(up, -1.0f, 1.0f))};
+                                .slope_rad = acosf(np_clampf(up, -1.0f, 1.0f)),
+                                .north_face = normal.y,
+                                .footprint_m = footprint_m};
   np_ground_cover_eval(&terrain->cover, &place, out);
 }
 
 /* Albedo of a mesh. A picture of the albedo spreads over the box of all ground. */
-static void eval_mesh_albedo(const neph_terrain *terrain, np_dvec3 point, np_vec3 normal, float out[3]) {
+static void eval_mesh_albedo(const neph_terrain *terrain, np_dvec3 point, np_vec3 normal, float footprint_m,
+                             float out[3]) {
   const np_dvec3 low = terrain->bounds_min, high = terrain->bounds_max;
   const float up = np_vec3_dot(normal, np_zenith(point, terrain->planet_radius_m));
   const np_cover_place place = {.east = (float)np_clamp((point.x - low.x) / (high.x - low.x), 0.0, 1.0),
@@ -200,15 +205,22 @@ static void eval_mesh_albedo(const neph_terrain *terrain, np_dvec3 point, np_vec
                                 .east_m = point.x - low.x,
                                 .north_m = point.y - low.y,
                                 .elevation_m = (float)np_altitude(point, terrain->planet_radius_m),
-                                .slope_rad = acosf(np_clampf(up, -1.0f, 1.0f))};
+                                .slope_rad = acosf(np_clampf(up, -1.0f, 1.0f)),
+                                .north_face = normal.y,
+                                .footprint_m = footprint_m};
   np_ground_cover_eval(&terrain->cover, &place, out);
 }
 
-void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float out_albedo[3]) {
+void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float footprint_m,
+                            float out_albedo[3]) {
   if (hit->is_of_mesh)
-    eval_mesh_albedo(terrain, hit->point, hit->normal, out_albedo);
+    eval_mesh_albedo(terrain, hit->point, hit->normal, footprint_m, out_albedo);
   else
-    eval_field_albedo(terrain, hit->position, hit->normal, out_albedo);
+    eval_field_albedo(terrain, hit->position, hit->normal, footprint_m, out_albedo);
+}
+
+float np_terrain_get_roughness(const neph_terrain *terrain) {
+  return np_land_cover_get_roughness(terrain->cover.climate);
 }
 
 /* Number of places along each side for the mean albedo. */
@@ -225,14 +237,14 @@ static bool sample_albedo(const neph_terrain *terrain, double east, double north
     const np_dvec3 low = terrain->bounds_min, high = terrain->bounds_max;
     np_terrain_hit hit;
     if (!hit_from_above(terrain, low.x + east * (high.x - low.x), low.y + north * (high.y - low.y), &hit)) return false;
-    return np_terrain_eval_albedo(terrain, &hit, out), true;
+    return np_terrain_eval_albedo(terrain, &hit, NP_TERRAIN_WIDE, out), true;
   }
   const unsigned margin = terrain->field.margin.count;
   const unsigned last_column = np_heightfield_get_core_width(&terrain->field) - 1;
   const unsigned last_row = np_heightfield_get_core_height(&terrain->field) - 1;
   const np_field_position position = {margin + east * last_column, margin + north * last_row};
   const np_field_facets facets = get_facets(terrain);
-  eval_field_albedo(terrain, position, np_field_facets_get_normal(&facets, position), out);
+  eval_field_albedo(terrain, position, np_field_facets_get_normal(&facets, position), NP_TERRAIN_WIDE, out);
   return true;
 }
 

@@ -30,6 +30,9 @@ typedef struct np_terrain_hit {
   np_dvec3 point; /* point in the world */
 } np_terrain_hit;
 
+/* Footprint over which land cover has its mean. */
+#define NP_TERRAIN_WIDE ((float)INFINITY)
+
 neph_context *np_terrain_get_context(const neph_terrain *terrain);
 
 /* Planet radius and ground albedo of the description. */
@@ -39,8 +42,12 @@ const double *np_terrain_get_ground_albedo(const neph_terrain *terrain);
 /* Whether the albedo differs from place to place (ground_cover.h). */
 bool np_terrain_has_cover(const neph_terrain *terrain);
 
-/* Albedo at a hit, in a scene's reference bands. */
-void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float out_albedo[3]);
+/* Albedo at a hit, in a scene's reference bands; of land cover, over a footprint in metres. */
+void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float footprint_m,
+                            float out_albedo[3]);
+
+/* Roughness of the ground (world/ground_brdf.h); 0: Lambert's law. */
+float np_terrain_get_roughness(const neph_terrain *terrain);
 
 /* Mean of the albedo over the field, or over a lone mesh, seen from above. */
 const double *np_terrain_get_mean_albedo(const neph_terrain *terrain);

@@ -65,7 +65,8 @@ static neph_result check_choices(neph_context *context, const neph_terrain_desc 
   } choices[] = {{"edge", desc->edge, NEPH_TERRAIN_EDGE_WALL},
                  {"unit", desc->unit, NEPH_HEIGHT_UNIT_US_SURVEY_FOOT},
                  {"encoding", desc->encoding, NEPH_HEIGHT_ENCODING_TERRARIUM},
-                 {"raw_type", desc->raw_type, NEPH_RAW_TYPE_FLOAT32}};
+                 {"raw_type", desc->raw_type, NEPH_RAW_TYPE_FLOAT32},
+                 {"ground_cover", desc->ground_cover, NEPH_GROUND_COVER_SAVANNA}};
   for (size_t i = 0; i < sizeof choices / sizeof *choices; i++)
     if (choices[i].value > choices[i].last)
       return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain %s is %u, must be in [0, %u]", choices[i].name,

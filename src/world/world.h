@@ -147,11 +147,22 @@ typedef struct np_ground_hit {
   np_dvec3 position;     /* point lifted off the surface as an origin of rays; on terrain, off its smooth surface */
   np_vec3 normal;        /* unit */
   np_spectrum albedo;    /* albedo; for water, the albedo of equivalent Lambertian ground */
-  const np_water *water; /* NULL: land with a Lambertian surface */
+  const np_water *water; /* NULL: land */
+  float roughness;       /* roughness of land (world/ground_brdf.h); 0: Lambert's law */
+  np_vec3 to_viewer;     /* unit, towards the ray's origin; of rough land alone */
 } np_ground_hit;
 
-/* Nearest terrain, water or sphere along a ray. */
+/* Nearest terrain, water or sphere along a ray. Land cover has its mean. */
 bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit);
+
+/* The same along a cone about the ray, which is `begin_m` from its apex and widens by `spread_rad`: land cover is
+ * averaged over its footprint. */
+typedef struct np_ground_cone {
+  double begin_m;
+  float spread_rad;
+} np_ground_cone;
+bool np_world_intersect_ground_cone(const np_world *world, np_dvec3 origin, np_vec3 direction,
+                                    const np_ground_cone *cone, np_ground_hit *out_hit);
 
 /* Whether ground may intersect a segment: not if both ends are above all summits. */
 static inline bool np_world_may_meet_ground(const np_world *world, np_dvec3 from, np_dvec3 to) {

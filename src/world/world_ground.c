@@ -26,6 +26,7 @@ static void set_sphere_hit(const np_world *world, double level_m, np_dvec3 origi
   out->normal = np_zenith(out->position, world->planet_radius_m);
   out->albedo = world->ground_albedo;
   out->water = NULL;
+  out->roughness = 0.0f;
   const double altitude = distance_m > 0.0 ? 0.0 : np_altitude(origin, world->planet_radius_m) - level_m;
   if (altitude < 0.0) out->position = np_dvec3_along(out->position, out->normal, -altitude);
 }
@@ -37,17 +38,27 @@ static void set_water_hit(const np_world *world, double level_m, np_dvec3 origin
   out->water = world->water;
 }
 
-static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 direction, const np_terrain_hit *terrain,
-                            np_ground_hit *out) {
+/* Width of a cone on the ground, the mean along and across the slope. */
+static float compute_footprint(const np_ground_cone *cone, const np_terrain_hit *terrain, np_vec3 direction) {
+  static const float least_cosine = 0.05f;
+  if (!cone) return NP_TERRAIN_WIDE;
+  const float cosine = fmaxf(fabsf(np_vec3_dot(terrain->normal, direction)), least_cosine);
+  return cone->spread_rad * (float)(cone->begin_m + terrain->distance) / sqrtf(cosine);
+}
+
+static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 direction, const np_ground_cone *cone,
+                            const np_terrain_hit *terrain, np_ground_hit *out) {
   out->distance_m = terrain->distance;
   out->position = np_dvec3_along(origin, direction, terrain->distance);
   out->position = np_dvec3_add(out->position, np_vec3_to_double(terrain->rise));
   out->normal = terrain->normal;
   out->albedo = world->terrain_albedo;
   out->water = NULL;
+  out->roughness = np_terrain_get_roughness(world->terrain);
+  out->to_viewer = np_vec3_scale(direction, -1.0f);
   if (!np_terrain_has_cover(world->terrain)) return;
   float albedo[NP_BAND_COUNT];
-  np_terrain_eval_albedo(world->terrain, terrain, albedo);
+  np_terrain_eval_albedo(world->terrain, terrain, compute_footprint(cone, terrain, direction), albedo);
   out->albedo = np_spectrum_grey(0.0f);
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out->albedo = np_spectrum_add_scaled(out->albedo, albedo[b], world->terrain_basis[b]);
@@ -64,7 +75,8 @@ static bool may_meet_terrain(const np_world *world, np_dvec3 origin, np_vec3 dir
   return world->terrain && !(origin.z > world->terrain_max.z && direction.z >= 0.0f);
 }
 
-static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit) {
+static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direction, const np_ground_cone *cone,
+                           np_ground_hit *out_hit) {
   np_terrain_hit terrain;
   const bool has_terrain = may_meet_terrain(world, origin, direction) &&
                            np_terrain_intersect(world->terrain, origin, direction, INFINITY, &terrain);
@@ -80,20 +92,20 @@ static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direc
   if (is_sphere)
     set_sphere_hit(world, 0.0, origin, direction, sphere, out_hit);
   else if (has_terrain)
-    set_terrain_hit(world, origin, direction, &terrain, out_hit);
+    set_terrain_hit(world, origin, direction, cone, &terrain, out_hit);
   return is_sphere || has_terrain;
 }
 
 /* Intersection with the sea, which hides the planet's sphere and is pierced by terrain. */
 static bool intersect_sea(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
-                          np_ground_hit *out_hit) {
+                          const np_ground_cone *cone, np_ground_hit *out_hit) {
   np_terrain_hit terrain;
   const double water = intersect_sphere(world, level_m, origin, direction);
   const bool is_land =
       water != 0.0 && may_meet_terrain(world, origin, direction) &&
       np_terrain_intersect(world->terrain, origin, direction, water > 0.0 ? water : HUGE_VAL, &terrain);
   if (is_land)
-    set_terrain_hit(world, origin, direction, &terrain, out_hit);
+    set_terrain_hit(world, origin, direction, cone, &terrain, out_hit);
   else if (water >= 0.0)
     set_water_hit(world, level_m, origin, direction, water, out_hit);
   return is_land || water >= 0.0;
@@ -101,8 +113,8 @@ static bool intersect_sea(const np_world *world, double level_m, np_dvec3 origin
 
 /* Intersection with a lake below the sphere, in hollows of the terrain. */
 static bool intersect_lake(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
-                           np_ground_hit *out_hit) {
-  const bool is_land = intersect_land(world, origin, direction, out_hit);
+                           const np_ground_cone *cone, np_ground_hit *out_hit) {
+  const bool is_land = intersect_land(world, origin, direction, cone, out_hit);
   const double water = intersect_sphere(world, level_m, origin, direction);
   if (water < 0.0 || (is_land && water >= out_hit->distance_m)) return is_land;
   const np_dvec3 p = np_dvec3_along(origin, direction, water);
@@ -112,13 +124,18 @@ static bool intersect_lake(const np_world *world, double level_m, np_dvec3 origi
 }
 
 bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit) {
+  return np_world_intersect_ground_cone(world, origin, direction, NULL, out_hit);
+}
+
+bool np_world_intersect_ground_cone(const np_world *world, np_dvec3 origin, np_vec3 direction,
+                                    const np_ground_cone *cone, np_ground_hit *out_hit) {
   bool is_met;
   if (world->water && world->has_planet) {
     const double level_m = world->water->level_m + NP_WATER_LIFT_M;
-    is_met =
-        (world->water->level_m >= 0.0 ? intersect_sea : intersect_lake)(world, level_m, origin, direction, out_hit);
+    is_met = (world->water->level_m >= 0.0 ? intersect_sea : intersect_lake)(world, level_m, origin, direction, cone,
+                                                                             out_hit);
   } else {
-    is_met = intersect_land(world, origin, direction, out_hit);
+    is_met = intersect_land(world, origin, direction, cone, out_hit);
   }
   if (is_met) out_hit->position = np_dvec3_along(out_hit->position, out_hit->normal, NP_TERRAIN_LIFT_M);
   return is_met;

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 # The look of pictures in figures: sharpness, relief, glare of the air, noise of edges. Prints a table.
 #
-#   sh look.sh NEPHOS [SEED [DETAIL]]
+#   sh look.sh NEPHOS [SEED [DETAIL [COVER]]]
 #
 # NEPHOS   the program, with the library and the Python package of its build beside it
 # SEED     seed of the clouds; 4711
 # DETAIL   their clouds[].detail, auto; or none
+# COVER    terrain.ground_cover of the ground, temperate
 #
 # Each row has a criterion, its value and its limit. Limits are those of photographs: a value beyond its limit is a
 # shortcoming, not a failure.
@@ -14,6 +15,7 @@ export LC_ALL=C
 nephos=$(realpath "$1")
 seed=${2:-4711}
 detail=${3:-auto}
+cover=${4:-temperate}
 [ "$detail" != none ] || detail='{strength: 0}'
 here=$(dirname "$(realpath "$0")")
 work=$(mktemp -d)
@@ -54,9 +56,30 @@ clouds:
     detail: $detail
 render: {samples: 4}
 END
+# Mountains from above.
+cat >ground.yaml <<END
+version: 1
+camera: {position: [-3 km, -7 km, 2600 m], look_at: [0 m, -1 km, 500 m], fov: 40 deg, resolution: [480, 270]}
+sun: {elevation: 40 deg, azimuth: 250 deg}
+terrain: {ridges: {seed: $seed, relief: 1500 m}, width: 24 km, ground_cover: $cover}
+render: {samples: 16}
+END
+cat >low.yaml <<END
+version: 1
+camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, 100 m, 25 m], fov: 60 deg, resolution: [96, 54]}
+sun: {elevation: 1 deg, azimuth: 60 deg}
+output: {exposure: meter}
+render: {samples: 2}
+END
+sed '/^sun/a atmosphere: {haze: hazy}' sky.yaml >haze.yaml
 "$nephos" render -q congestus.yaml --cache cache -o near.exr
 "$nephos" render -q congestus.yaml --cache cache -o far.exr --resolution 425x239
 "$nephos" render -q sky.yaml -o sky.exr
+"$nephos" render -q haze.yaml -o haze.exr -o haze.png
+"$nephos" render -q ground.yaml -o ground.exr
+for elevation in 6 5 4 3 2 1 0 -1 -2; do
+  "$nephos" render -q low.yaml --set "sun.elevation=$elevation deg" -o low$elevation.png
+done
 "$nephos" render -q noon.yaml --cache cache -o noon.exr -o noon.png
 "$nephos" render -q horizon.yaml -o horizon.exr
 "$nephos" render -q horizon.yaml -o horizon_mean.exr --samples 64

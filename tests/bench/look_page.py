@@ -45,6 +45,32 @@ def measure_contrast(alpha, luminance, octaves=2):
     return out
 
 
+def measure_ground(luminance, octaves=4):
+    """Standard deviation of log luminance, in %, in the finest octaves of lit ground, which is brighter than half of the
+    median."""
+    log = numpy.log(numpy.maximum(luminance, 1e-9))
+    lit = ndimage.binary_erosion(luminance > 0.5 * numpy.median(luminance), iterations=2)
+    out = []
+    for octave in range(octaves):
+        finer, log = log, ndimage.gaussian_filter(log, 0.75 * 2**octave)
+        out.append(100 * (finer - log)[lit].std())
+    return out
+
+
+def measure_haze():
+    """Mean L*a*b* of the preview's ring 2° from the sun."""
+    rgb = nephos.Image.load(f"{sys.argv[1]}/haze.png")[["R", "G", "B"]].astype(float)
+    y, x = numpy.indices(rgb.shape[:2])
+    angle = numpy.hypot(x - 100, y - 56) * 20 / 201
+    return compute_lab(rgb[abs(angle - 2) < 0.2]).mean(0)
+
+
+def measure_dusk():
+    """Largest step of the mean green of previews by the meter from degree to degree of a sinking sun."""
+    means = [255 * nephos.Image.load(f"{sys.argv[1]}/low{e}.png")["G"].astype(float).mean() for e in range(6, -3, -1)]
+    return abs(numpy.diff(means)).max()
+
+
 def measure_aureole(luminance):
     """Radiance 0.7° from the sun over that 6.7° from it. The sun is in the middle of 201 × 113 pixels of 20°."""
     y, x = numpy.indices(luminance.shape)
@@ -104,6 +130,14 @@ print(f"| edge of alpha from 0.1 to 0.9, voxels of 20 m at 3.1 m a pixel | {edge
 print(f"| contrast of log luminance, finest octave at 7 m a pixel | {contrast[0]:.2f} % | ≥ 1.0 % |")
 print(f"| second octave | {contrast[1]:.2f} % | ≥ 1.5 % |")
 print(f"| radiance 0.7° over 6.7° from the sun in clear air | {measure_aureole(load('sky')[1]):.2f} | ≥ 5 |")
+print(f"| the same in hazy air | {measure_aureole(load('haze')[1]):.2f} | ≥ 5 |")
+_, a, b = measure_haze()
+print(f"| preview of hazy air 2° from the sun: a*, b* | {a:.1f}, {b:.1f} | not both below 0 (cyan) |")
+print(f"| exposure by the meter, largest step of mean green, a degree of a sun from 6° to -2° | {measure_dusk():.0f} of 255 "
+      "| ≤ 25 |")
+ground = measure_ground(load("ground")[1])
+print(f"| contrast of log luminance of lit ground, octaves from the finest | "
+      f"{', '.join(f'{value:.1f}' for value in ground)} % | ≥ 5 % each |")
 print(f"| error at a tilted horizon, 4 samples | {measure_horizon(load('horizon'), load('horizon_mean')):.3f} | ≤ 0.10 |")
 neutral, cloud, sky = measure_preview()
 print(f"| preview at noon: ΔE*ab of the brightest tenth of opaque cloud from neutral | {neutral:.2f} | ≤ 2 |")
