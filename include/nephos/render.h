@@ -136,8 +136,8 @@ typedef struct neph_render_desc {
   int next_frame;
   unsigned detail_height; /**< height in pixels of the picture for which voxels, heights and cells of light are
                                chosen, by the scene's samples: a small picture with that of the whole one shares
-                               terrain, clouds, air and light with it in a renderer; 0: the picture's own
-                               (default 0) */
+                               terrain, clouds, air and light with it in a renderer, and takes near light and voxels
+                               of earlier pictures; 0: the picture's own (default 0) */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
