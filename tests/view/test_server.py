@@ -400,12 +400,11 @@ MAP_EDGE = 256
 def check_region(view):
     """A part of the picture is rendered alone, over the few pixels of the whole."""
     view.set("camera.roll=1 deg")
-    whole = view.wait_done()[1]
+    state, whole = view.wait_done()
     for body in ("0 0 1", "a", "0 0 2 1", "nan 0 1 1", "0 0 1 1 1"):
         check(f"the region {body!r} is refused", view.request("/api/region", body)[0] == 400)
     check("a region is taken", view.request("/api/region", "0.25 0.5 0.75 1")[0] == 200)
-    view.wait(lambda s: s["stage"] != "done", 5)
-    state, pixels = view.wait_done()
+    state, pixels = view.wait_done(after=state["number"])
     rows = lambda picture, x0, x1: [picture[4 * (64 * y + x0):4 * (64 * y + x1)] for y in range(18, 36)]
     inside = zip(b"".join(rows(whole, 16, 48)), b"".join(rows(pixels, 16, 48)))
     check("it has the pixels of the whole picture, within a step or two", max(abs(a - b) for a, b in inside) <= 8)
@@ -417,8 +416,7 @@ def check_region(view):
     status, answer = view.post("/api/save_picture", "exr")
     check("the region is what is saved", status == 200 and os.path.getsize(answer["file"]) > 1000, answer)
     view.request("/api/region", "")
-    view.wait(lambda s: s["stage"] != "done", 5)
-    _, again = view.wait_done()
+    _, again = view.wait_done(after=state["number"])
     check("the whole comes back", again != pixels)
     view.post("/api/undo")
     view.post("/api/undo")

@@ -76,8 +76,9 @@ class View:
             time.sleep(0.02)
         raise AssertionError(f"no such state in {limit} s: {state}")
 
-    def wait_done(self, limit=20):
-        return self.wait(lambda s: s["stage"] == "done" and s["generation"] == s["wanted"], limit)
+    def wait_done(self, limit=20, after=-1):
+        """The last picture of the last edit, of a number above `after`."""
+        return self.wait(lambda s: s["stage"] == "done" and s["generation"] == s["wanted"] and s["number"] > after, limit)
 
     def cpu_seconds(self):
         fields = open(f"/proc/{self.process.pid}/stat").read().rsplit(")", 1)[1].split()
