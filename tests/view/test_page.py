@@ -222,6 +222,42 @@ return [...document.querySelectorAll('#panel *, #bar *, #hint')].filter(e => e.o
 """
 
 
+def check_file(page, path):
+    """An editor writes the scene's file under the page."""
+    field = lambda key: f"document.getElementById('key-{key.replace('.', '-')}').value"
+
+    def write(text):
+        with open(path + ".new", "w") as out:
+            out.write(text)
+        os.replace(path + ".new", path)
+
+    page.get("save").click()
+    check("the page saves", page.holds("!document.title.startsWith('•') && document.getElementById('note').textContent.startsWith('saved')"))
+    saved = open(path).read()
+    write(saved + "place: {latitude: 12 deg, longitude: 34 deg}\n")
+    check("a file saved by an editor is read", page.holds(field("place.latitude") + " === '12 deg'"))
+    check("no question is asked where nothing is edited", page.run("return document.getElementById('news').hidden"))
+    check("and the picture is complete anew", page.settles())
+    write("camera: {")
+    check("a fault of the file is reported", page.holds("document.getElementById('message').textContent.includes('scene.yaml')"))
+    check("the last good scene stays", page.run("return " + field("place.latitude")) == "12 deg" and page.pixels())
+    page.write("key-terrain-albedo", "0.33")
+    check("the page has an edit", page.holds("document.title.startsWith('•')") and page.settles())
+    albedo = page.run("return " + field("terrain.albedo"))
+    write(saved + "place: {latitude: 13 deg, longitude: 34 deg}\n")
+    check("the page asks which wins", page.holds("!document.getElementById('news').hidden"))
+    check("its own scene stays until then", page.run("return " + field("place.latitude")) == "12 deg")
+    page.get("news-merge").click()
+    check("the file is read, the edit on top", page.holds(field("place.latitude") + " === '13 deg'")
+          and page.holds(f"{field('terrain.albedo')} === {albedo!r}", 5) and page.holds("document.getElementById('news').hidden"),
+          (albedo, page.run("return [" + field("terrain.albedo") + ", " + field("place.latitude") + ", document.getElementById('news').hidden]")))
+    write(saved + "place: {latitude: 14 deg, longitude: 34 deg}\n")
+    check("the page asks again", page.holds("!document.getElementById('news').hidden"))
+    page.get("news-drop").click()
+    check("the edit is dropped", page.holds(field("place.latitude") + " === '14 deg'") and page.holds(f"{field('terrain.albedo')} !== {albedo!r}"))
+    check("and the page is as the file", page.holds("!document.title.startsWith('•')") and page.settles())
+
+
 def check_frames(program, page, folder):
     """The time line of an animation plays and scrubs."""
     path = os.path.join(folder, "frames.yaml")
@@ -263,6 +299,7 @@ def run(program):
             check_sky(page)
             check_plan(page)
             check_region(page)
+            check_file(page, path)
             check_rest(view, page)
             check_frames(program, page, folder)
         finally:
