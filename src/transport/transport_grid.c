@@ -266,34 +266,40 @@ static void list_children(const np_transport_grid *fine, const np_transport_grid
       }
 }
 
-typedef struct grid_coarsening {
-  const np_transport_grid *fine;
-  np_transport_grid *coarse; /* read only by np_transport_grid_restrict */
-  const float *values;       /* active cells of the finer grid */
+/* Values of active cells, averaged over those of a coarser grid. */
+typedef struct restriction {
+  const np_transport_grid *fine, *coarse;
+  const float *values;
   float *out;
-} grid_coarsening;
+} restriction;
 
 static neph_result restrict_cells(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const grid_coarsening *c = user;
+  const restriction *r = user;
   for (size_t parent = begin; parent < end; parent++) {
     children list;
     float sum = 0.0f;
-    list_children(c->fine, c->coarse, (size_t)c->coarse->cell[parent], &list);
+    list_children(r->fine, r->coarse, (size_t)r->coarse->cell[parent], &list);
     for (unsigned n = 0; n < list.count; n++) {
-      const int32_t active = c->fine->active[list.cell[n]];
-      if (active >= 0) sum += list.share[n] * c->values[active];
+      const int32_t active = r->fine->active[list.cell[n]];
+      if (active >= 0) sum += list.share[n] * r->values[active];
     }
-    c->out[parent] = sum;
+    r->out[parent] = sum;
   }
   return NEPH_OK;
 }
 
 void np_transport_grid_restrict(const np_transport_grid *fine, const float *values, const np_transport_grid *coarse,
                                 float *out) {
-  grid_coarsening c = {fine, (np_transport_grid *)(uintptr_t)coarse, values, out};
-  (void)np_parallel_for(fine->context, NULL, coarse->active_count, PARENTS_PER_PIECE, restrict_cells, &c);
+  restriction r = {fine, coarse, values, out};
+  (void)np_parallel_for(fine->context, NULL, coarse->active_count, PARENTS_PER_PIECE, restrict_cells, &r);
 }
+
+/* A grid and its next coarser one. */
+typedef struct grid_coarsening {
+  const np_transport_grid *fine;
+  np_transport_grid *coarse;
+} grid_coarsening;
 
 /* Marks coarse cells by 0 where a child is active, and as ground where none is and at least half are ground. */
 static neph_result mark_parents(void *user, size_t begin, size_t end, unsigned thread) {
