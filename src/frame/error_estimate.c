@@ -176,18 +176,13 @@ static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error
   return is_cut && result == NEPH_ERROR_CANCELLED ? NEPH_OK : result;
 }
 
-/* A first picture of few pixels states its bias by the model alone: it is shown for a moment. */
-static bool is_coarse(const np_plan *plan) {
-  const neph_render_desc *desc = &plan->request.desc;
-  return desc->detail_height && desc->detail_height != desc->height;
-}
-
 neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_frame_error *out) {
   const bool is_path = f->desc->integrator == NEPH_INTEGRATOR_PATH;
   *out = (np_frame_error){unknown, unknown, unknown, false};
   np_error_probes probes;
   neph_result result = sample_probes(f, plan, &probes);
-  if (!result && !is_coarse(plan)) result = trace_probes(f, plan, &probes);
+  /* A first picture is shown for a moment: the model alone states its bias. */
+  if (!result && !np_request_is_coarse(&plan->request)) result = trace_probes(f, plan, &probes);
   if (!result && probes.pixel_count > 0.0) {
     const np_bias_model model = np_bias_model_make(f, plan);
     out->noise = estimate_noise(&probes, is_path ? &path_evenness : &march_evenness, get_mean_samples(f));

@@ -30,6 +30,11 @@ typedef struct np_request {
   double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work over its time on the machine of the constants */
 } np_request;
 
+/* Whether the picture is a first one, by the detail of another height, which a finer picture follows. */
+static inline bool np_request_is_coarse(const np_request *request) {
+  return request->desc.detail_height && request->desc.detail_height != request->desc.height;
+}
+
 /* Checks scene and description. `desc` NULL: the scene's own. */
 neph_result np_request_make(const neph_scene *scene, const neph_render_desc *desc, np_request *out_request);
 

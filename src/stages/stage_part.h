@@ -103,12 +103,8 @@ typedef struct np_stage_reuse {
       kind,    is_of_content, get_key_of_##stage, adapt_part_of_##stage, exchange_##stage, make_part_of_##stage,       \
       destroy, disk}
 
-/* Whether the picture is a first one, by the detail of another height: results of earlier pictures serve that are near
- * its own, and a finer picture follows. */
-static inline bool np_stage_is_coarse(const np_stage_part *in) {
-  const neph_render_desc *desc = &in->plan->request.desc;
-  return desc->detail_height && desc->detail_height != desc->height;
-}
+/* Whether results of earlier pictures serve this one that are near its own: it is a first one. */
+static inline bool np_stage_is_coarse(const np_stage_part *in) { return np_request_is_coarse(&in->plan->request); }
 
 /* Whether results of earlier pictures serve this one only where its own would have the same bits: in sequences, and in
  * pictures behind coarse ones. */
