@@ -185,6 +185,70 @@ static float compute_bulge(const float *face, int32_t i, int32_t j) {
   return sum / (POUCH_SIDE * POUCH_SIDE) - face[j * FACE_SIDE + i];
 }
 
+/* Middles of the runs of cloud in a column, and their number. */
+static int count_sheets(const np_cloud_model *model, double x_m, double y_m, double middles_m[16]) {
+  enum { HEIGHTS = 500 };
+  static float x[HEIGHTS], y[HEIGHTS], height[HEIGHTS], extinction[HEIGHTS];
+  int count = 0, begin = -1;
+  for (int k = 0; k < HEIGHTS; k++) {
+    x[k] = (float)x_m, y[k] = (float)y_m;
+    height[k] = ((float)k + 0.5f) / HEIGHTS * (float)model->desc.thickness_m;
+  }
+  np_cloud_model_eval(model, &(np_cloud_points){HEIGHTS, x, y, height}, extinction);
+  for (int k = 0; k <= HEIGHTS; k++) {
+    const bool is_cloud = k < HEIGHTS && extinction[k] > 0;
+    if (is_cloud && begin < 0) begin = k;
+    if (is_cloud || begin < 0) continue;
+    if (count < 16) middles_m[count] = 0.5 * (begin + k) / HEIGHTS * model->desc.thickness_m;
+    count++;
+    begin = -1;
+  }
+  return count;
+}
+
+/* Largest deviation of the distances between sheets from their mean, in a column near the rim of a pile; −1: no column
+ * cuts all of its lenses apart. */
+static double measure_pitches(const np_cloud_model *model) {
+  enum { STEPS = 400 };
+  const int wanted = (int)model->desc.sublayers;
+  double middles_m[16];
+  for (int step = 0; step < STEPS; step++) {
+    if (count_sheets(model, (0.9 * step / STEPS - 0.6) * model->desc.cell_m, 0, middles_m) != wanted) continue;
+    const double mean_m = (middles_m[wanted - 1] - middles_m[0]) / (wanted - 1);
+    double most = 0;
+    for (int k = 1; k < wanted; k++) most = fmax(most, fabs((middles_m[k] - middles_m[k - 1]) / mean_m - 1));
+    return most;
+  }
+  return -1;
+}
+
+/* Lenses of a pile are not as far apart from each other: over seeds, the distance that differs most from the mean does
+ * so by some 40 %. */
+static void lenses_of_a_pile_are_unequal(void **state) {
+  (void)state;
+  enum { SEEDS = 24 };
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(context, "altocumulus_lenticularis", &desc), NEPH_OK);
+  desc.skew_m[0] = desc.erosion = desc.softness = 0;
+  double sum = 0, most = 0;
+  int piles = 0;
+  for (desc.seed = 1; desc.seed <= SEEDS; desc.seed++) {
+    np_cloud_model model;
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
+    const double deviation = measure_pitches(&model);
+    np_cloud_model_clear(&model);
+    if (deviation < 0) continue;
+    sum += deviation, piles++;
+    most = fmax(most, deviation);
+  }
+  print_message("%d piles: pitches deviate by %.2f at most on the mean, %.2f in one\n", piles, sum / piles, most);
+  assert_true(piles >= SEEDS / 2);
+  assert_near(sum / piles, 0.35, 0.12);
+  assert_true(most < 0.8);
+  neph_context_destroy(context);
+}
+
 /* Pouches under the overhang of an anvil bulge most within 270 m, and by more than a voxel. They are 400 to 800 m
  * apart, as wide as mammatus at least are, and bulge by 100 to 500 m over their mean: lobes are half a kilometre long
  * (Schultz et al. 2006). A face without pouches has bulges at its rim, 0.9 km apart. */
@@ -360,6 +424,7 @@ int main(void) {
       cmocka_unit_test(lenses_stand_over_the_ridge),
       cmocka_unit_test(fog_thins_out_to_the_border),
       cmocka_unit_test(lenses_are_ragged_on_the_lee),
+      cmocka_unit_test(lenses_of_a_pile_are_unequal),
       cmocka_unit_test(anvils_carry_mammatus),
       cmocka_unit_test(trails_spread_with_age),
       cmocka_unit_test(ground_lifts_and_draws_clouds),

@@ -3,8 +3,8 @@
  *
  * The weather map is the lift of the air by the waves (mountain_wave.c), 0 at the condensation level. In each layer its
  * strength s gives a lens: a lower face arched by the wave, and an upper face s·(3 − s)/2 above it, with sharp rims.
- * Layers differ in moisture and so in the size of their lenses, and are laminated; noise along the wind adds fibres. On
- * the lee side, where the air sinks and mixes, that noise erodes the rims. */
+ * Layers differ in thickness, in moisture and so in the size of their lenses, and are laminated; noise along the wind
+ * adds fibres. On the lee side, where the air sinks and mixes, that noise erodes the rims. */
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
@@ -13,8 +13,12 @@
 #include "core/math.h"
 #include "core/random.h"
 
-/* Heights in units of the layers' distance. */
+enum { LAYERS_MAX = 16 };
+
+/* Heights in pitches, the distances between layers. */
 static const float lowest = 0.1f, arch = 0.25f, thickest = 1.15f;
+static const float head_room = 0.5f;     /* height of the upper layer beyond its pitch */
+static const float pitch_spread = 0.7f;  /* largest deviation of a pitch from the mean, before the pile is fitted */
 static const float drier_max = 0.42f;    /* reduction of strength in the driest layer */
 static const float swell_reach = 0.22f;  /* variation of strength, at erosion 1 */
 static const float lamina_reach = 0.18f; /* variation of strength, at erosion 1 */
@@ -28,15 +32,39 @@ static const float lee_fall = 0.15f; /* decrease of strength over that distance 
 static const float lee_reach = 0.9f; /* reduction of strength by noise on the lee side, at erosion 1 */
 static const float extinction_floor = 0.004f;
 
+/* Pitch of equal layers. */
 static float get_pitch_m(const neph_cloud_desc *desc) {
-  return (float)(desc->thickness_m / ((double)desc->sublayers + 0.5));
+  return (float)desc->thickness_m / ((float)desc->sublayers + head_room);
 }
 
-/* Reduction of strength in a layer. */
-static float compute_lack(const neph_cloud_desc *desc, unsigned layer) {
+typedef struct lens_layer {
+  float floor_m, pitch_m; /* height of its floor above the base, and distance to the next layer's */
+  float lack;             /* reduction of strength */
+} lens_layer;
+
+/* A layer with its pitch in units of the mean. */
+static lens_layer draw_layer(const neph_cloud_desc *desc, unsigned layer) {
   const uint64_t bits = np_random_absorb(np_random_absorb(desc->seed, NP_CLOUD_STREAM_SHEET), layer);
+  const float drawn = (float)(bits >> 40) * 0x1p-24f, other = (float)(np_random_mix(bits) >> 40) * 0x1p-24f;
   const float middle = fabsf((float)layer + 0.5f - 0.5f * (float)desc->sublayers) / (0.5f * (float)desc->sublayers);
-  return drier_max * (0.55f * (float)(bits >> 40) * 0x1p-24f + 0.45f * middle);
+  return (lens_layer){.pitch_m = 1.0f + pitch_spread * (2.0f * other - 1.0f),
+                      .lack = drier_max * (0.55f * drawn + 0.45f * middle)};
+}
+
+/* The pile of layers, as thick as the cloud. */
+static void make_layers(const neph_cloud_desc *desc, lens_layer out[LAYERS_MAX]) {
+  float pile = 0.0f;
+  for (unsigned layer = 0; layer < desc->sublayers; layer++) {
+    out[layer] = draw_layer(desc, layer);
+    pile += out[layer].pitch_m;
+  }
+  const float scale_m = (float)desc->thickness_m / (pile + head_room * out[desc->sublayers - 1].pitch_m);
+  float floor_m = 0.0f;
+  for (unsigned layer = 0; layer < desc->sublayers; layer++) {
+    out[layer].floor_m = floor_m;
+    out[layer].pitch_m *= scale_m;
+    floor_m += out[layer].pitch_m;
+  }
 }
 
 static void prepare_lenses(np_cloud_model *model) {
@@ -85,11 +113,11 @@ static void fray_lee(const np_cloud_model *model, const np_kind_points *p, const
 }
 
 /* Depth inside the lens of a layer; negative outside. */
-static float compute_depth(float pitch_m, unsigned layer, float lack, float strength, float height_m) {
-  const float s = np_minf((strength - lack) / (1.0f - lack), 1.0f);
+static float compute_depth(const lens_layer *layer, float strength, float height_m) {
+  const float s = np_minf((strength - layer->lack) / (1.0f - layer->lack), 1.0f);
   if (!(s > 0.0f)) return -1.0f;
-  const float low_m = pitch_m * ((float)layer + lowest + arch * s);
-  const float high_m = low_m + pitch_m * thickest * s * (1.5f - 0.5f * s);
+  const float low_m = layer->floor_m + layer->pitch_m * (lowest + arch * s);
+  const float high_m = low_m + layer->pitch_m * thickest * s * (1.5f - 0.5f * s);
   return np_minf(height_m - low_m, high_m - height_m);
 }
 
@@ -97,16 +125,16 @@ static void eval_lenses(const np_cloud_model *model, const np_cloud_points *poin
   np_kind_points p;
   if (!np_kind_points_collect(model, points, &p)) return;
   const neph_cloud_desc *desc = &model->desc;
-  const float pitch_m = get_pitch_m(desc), fibre_m = 2.0f * fibre_reach * (float)desc->erosion * pitch_m;
+  const float fibre_m = 2.0f * fibre_reach * (float)desc->erosion * get_pitch_m(desc);
+  lens_layer layers[LAYERS_MAX];
   float strength[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], depth_m[NP_CLOUD_BLOCK];
+  make_layers(desc, layers);
   compute_strengths(model, &p, strength, fibre);
   fray_lee(model, &p, fibre, strength);
   for (size_t i = 0; i < p.count; i++) depth_m[i] = -1.0f;
-  for (unsigned layer = 0; layer < desc->sublayers; layer++) {
-    const float lack = compute_lack(desc, layer);
+  for (unsigned layer = 0; layer < desc->sublayers; layer++)
     for (size_t i = 0; i < p.count; i++)
-      depth_m[i] = np_maxf(depth_m[i], compute_depth(pitch_m, layer, lack, strength[i], p.height_m[i]));
-  }
+      depth_m[i] = np_maxf(depth_m[i], compute_depth(&layers[layer], strength[i], p.height_m[i]));
   for (size_t i = 0; i < p.count; i++) {
     if (!(depth_m[i] > 0.0f)) continue;
     const float body = np_smoothstepf((depth_m[i] + fibre_m * np_minf(fibre[i], 0.0f)) / model->noises.edge_m);
@@ -118,15 +146,17 @@ static bool is_lens_empty(const np_cloud_model *model, const np_cloud_box *box) 
   np_kind_box bounded;
   if (!np_kind_box_make(model, box, &bounded)) return true;
   const neph_cloud_desc *desc = &model->desc;
-  const float pitch_m = get_pitch_m(desc), gain = (swell_reach + lamina_reach) * (float)desc->erosion + 1e-3f;
+  const float gain = (swell_reach + lamina_reach) * (float)desc->erosion + 1e-3f;
   const float low_m = bounded.box.min_m[2] - bounded.base_m.high, high_m = bounded.box.max_m[2] - bounded.base_m.low;
-  for (unsigned layer = 0; layer < desc->sublayers; layer++) {
-    const float lack = compute_lack(desc, layer);
-    const float s = np_minf((bounded.strength.high + gain - lack) / (1.0f - lack), 1.0f);
+  lens_layer layers[LAYERS_MAX];
+  make_layers(desc, layers);
+  for (unsigned n = 0; n < desc->sublayers; n++) {
+    const lens_layer *layer = &layers[n];
+    const float s = np_minf((bounded.strength.high + gain - layer->lack) / (1.0f - layer->lack), 1.0f);
     if (!(s > 0.0f)) continue;
-    const float bottom_m = pitch_m * ((float)layer + lowest);
-    if (high_m > bottom_m - 0.01f && low_m < bottom_m + pitch_m * s * (arch + thickest * (1.5f - 0.5f * s)) + 0.01f)
-      return false;
+    const float bottom_m = layer->floor_m + layer->pitch_m * lowest;
+    const float top_m = bottom_m + layer->pitch_m * s * (arch + thickest * (1.5f - 0.5f * s));
+    if (high_m > bottom_m - 0.01f && low_m < top_m + 0.01f) return false;
   }
   return true;
 }
