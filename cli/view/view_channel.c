@@ -7,10 +7,12 @@
 #include "print.h"
 
 const char cli_view_luminance[] = "luminance";
+const char cli_view_relative_error[] = "relative_error";
 
 static const char *const components[] = {"R", "G", "B"};
 enum { COMPONENT_COUNT = 3 };
 static const double stops_max = 12.0;
+static const double share_max = 1.0; /* an error as large as the luminance */
 
 static size_t count_pixels(const neph_image *image) {
   return (size_t)neph_image_get_width(image) * neph_image_get_height(image);
@@ -39,35 +41,50 @@ static double get_shade(double number, size_t component) {
   return anchors[index][component] + (at - first) * (anchors[index + 1][component] - anchors[index][component]);
 }
 
-/* A number of a channel, or the stops of luminance; infinite: none. */
-static double get_number(const neph_image *image, const float *plane, size_t pixel) {
-  if (plane) return (double)plane[pixel];
-  static const double weights[] = {0.2126, 0.7152, 0.0722};
+/* Planes behind the number of a pixel: one plane, or those of the picture with or without its error. */
+typedef struct number_source {
+  const float *plane;
+  const float *colour[COMPONENT_COUNT];
+  const float *error[COMPONENT_COUNT];
+} number_source;
+
+static double get_luminance(const float *const planes[COMPONENT_COUNT], size_t pixel) {
+  static const double weights[COMPONENT_COUNT] = {0.2126, 0.7152, 0.0722};
   double luminance = 0.0;
-  for (size_t k = 0; k < COMPONENT_COUNT; k++)
-    luminance += weights[k] * (double)neph_image_get_values(image, components[k])[pixel];
-  return luminance > 0.0 ? log2(luminance) : -HUGE_VAL;
+  for (size_t k = 0; k < COMPONENT_COUNT; k++) luminance += weights[k] * (double)planes[k][pixel];
+  return luminance;
 }
 
-static void measure_range(const neph_image *image, const float *plane, cli_view_channel *out) {
+static bool is_stops(const number_source *source) { return !source->plane && !source->error[0]; }
+
+/* A number of a channel, the error as a share of the luminance, or the stops of luminance; infinite: none. */
+static double get_number(const number_source *source, size_t pixel) {
+  if (source->plane) return (double)source->plane[pixel];
+  const double luminance = get_luminance(source->colour, pixel);
+  if (is_stops(source)) return luminance > 0.0 ? log2(luminance) : -HUGE_VAL;
+  return luminance > 0.0 ? get_luminance(source->error, pixel) / luminance : HUGE_VAL;
+}
+
+static void measure_range(const neph_image *image, const number_source *source, cli_view_channel *out) {
   out->least = HUGE_VAL;
   out->greatest = -HUGE_VAL;
   for (size_t i = 0; i < count_pixels(image); i++) {
-    const double number = get_number(image, plane, i);
+    const double number = get_number(source, i);
     if (!isfinite(number)) continue;
     out->least = fmin(out->least, number);
     out->greatest = fmax(out->greatest, number);
   }
-  if (!plane) out->least = fmax(out->least, out->greatest - stops_max);
+  if (is_stops(source)) out->least = fmax(out->least, out->greatest - stops_max);
+  if (source->error[0]) out->greatest = fmin(out->greatest, share_max);
 }
 
-static void paint_numbers(const neph_image *image, const float *plane, cli_view_channel *channel) {
+static void paint_numbers(const neph_image *image, const number_source *source, cli_view_channel *channel) {
   const double extent = channel->greatest > channel->least ? channel->greatest - channel->least : 1.0;
   for (size_t k = 0; k < COMPONENT_COUNT; k++) {
     float *to = neph_image_get_channel(channel->image, components[k]);
     for (size_t i = 0; i < count_pixels(image); i++) {
-      const double number = get_number(image, plane, i);
-      const bool is_shown = isfinite(number) || !plane;
+      const double number = get_number(source, i);
+      const bool is_shown = isfinite(number) || is_stops(source);
       to[i] = is_shown ? (float)get_shade((number - channel->least) / extent, k) : 0.0f;
     }
   }
@@ -84,13 +101,24 @@ static neph_result create_colour(const neph_image *image, const char *name, cli_
   return NEPH_OK;
 }
 
+/* The planes of a name; false: the picture lacks one. */
+static bool get_source(const neph_image *image, const char *name, number_source *out) {
+  *out = (number_source){0};
+  const bool is_share = !strcmp(name, cli_view_relative_error);
+  if (!is_share && strcmp(name, cli_view_luminance)) return (out->plane = neph_image_get_values(image, name)) != NULL;
+  for (size_t k = 0; k < COMPONENT_COUNT; k++) {
+    if (!(out->colour[k] = neph_image_get_values(image, components[k]))) return false;
+    if (is_share && !(out->error[k] = get_component(image, "standard_error", k))) return false;
+  }
+  return true;
+}
+
 static neph_result create_numbers(const neph_image *image, const char *name, cli_view_channel *out) {
-  const bool is_luminance = !strcmp(name, cli_view_luminance) && neph_image_get_values(image, "G");
-  const float *plane = is_luminance ? NULL : neph_image_get_values(image, name);
-  if (!plane && !is_luminance) return NEPH_ERROR_NOT_FOUND;
+  number_source source;
+  if (!get_source(image, name, &source)) return NEPH_ERROR_NOT_FOUND;
   out->is_scalar = true;
-  measure_range(image, plane, out);
-  paint_numbers(image, plane, out);
+  measure_range(image, &source, out);
+  paint_numbers(image, &source, out);
   return NEPH_OK;
 }
 
@@ -123,6 +151,11 @@ neph_result cli_view_channel_create(neph_context *context, const neph_image *ima
 void cli_view_channel_write_names(const neph_image *image, FILE *out) {
   fputc('[', out);
   cli_put_json_text(out, cli_view_luminance);
+  number_source error;
+  if (get_source(image, cli_view_relative_error, &error)) {
+    fputc(',', out);
+    cli_put_json_text(out, cli_view_relative_error);
+  }
   for (unsigned i = 0; i < neph_image_get_channel_count(image); i++) {
     const char *name = neph_image_get_channel_name(image, i), *dot = strrchr(name, '.');
     const bool is_colour = dot && (!strcmp(dot, ".G") || !strcmp(dot, ".B") || !strcmp(dot, ".R"));

@@ -23,6 +23,7 @@ struct cli_view_document {
   bool is_unread;                              /* the file's last reading failed: the scene is not the file's */
   char *file_fault;                            /* messages of the file's last reading; NULL: it was read */
   unsigned long long number, generation, bake; /* last edit; the last that renders, and that bakes */
+  unsigned samples_min;                        /* least number of samples a pixel for the scene's channels */
   int frame;                                   /* frame that is shown */
   char *hidden;                                /* names of the clouds that are off, a line each; NULL: none */
   cli_view_messages *messages;                 /* borrowed; they hold the refusal */
@@ -58,10 +59,27 @@ static neph_result build(const neph_scene *file_scene, const cli_view_edits *edi
   return result;
 }
 
+/* Whether an edit may change the channels of the picture. */
+static bool has_output(const cli_view_edits *edits) {
+  static const char section[] = "output";
+  for (size_t i = 0; i < edits->in_force; i++)
+    if (!strncmp(edits->list[i].key, section, strlen(section))) return true;
+  return false;
+}
+
+/* Notes the samples that the scene's channels need. */
+static void note_samples_min(cli_view_document *document) {
+  char *text = NULL;
+  if (neph_scene_describe(document->scene, NEPH_TEXT_JSON, &text)) return;
+  document->samples_min = cli_view_get_samples_min(text);
+  neph_text_destroy(document->session->context, text);
+}
+
 /* Makes another list of edits that in force, where the scene has no fault with it: `base` with the edits `applied`.
  * Takes the list in any case. */
 static unsigned accept_edits(cli_view_document *document, const neph_scene *base, const cli_view_edits *applied,
                              cli_view_edits edits, cli_view_cost cost) {
+  const bool has_new_output = base != document->scene || has_output(applied);
   neph_scene *scene = NULL;
   cli_view_messages_judge(document->messages, true);
   const neph_result result = build(base, applied, &scene);
@@ -74,6 +92,7 @@ static unsigned accept_edits(cli_view_document *document, const neph_scene *base
   document->edits = edits;
   neph_scene_destroy(document->scene);
   document->scene = scene;
+  if (has_new_output) note_samples_min(document);
   document->number++;
   if (cost >= CLI_VIEW_COST_RENDER) document->generation = document->number;
   if (cost >= CLI_VIEW_COST_BAKE) document->bake = document->number;
@@ -132,6 +151,8 @@ neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene
 }
 
 unsigned long long cli_view_document_get_generation(const cli_view_document *document) { return document->generation; }
+
+unsigned cli_view_document_get_samples_min(const cli_view_document *document) { return document->samples_min; }
 
 unsigned long long cli_view_document_get_bake(const cli_view_document *document) { return document->bake; }
 
@@ -522,6 +543,7 @@ cli_exit cli_view_document_open(cli_session *session, cli_view_messages *message
                                   .path = path,
                                   .allows_files = allows_files,
                                   .frame = choose_first_frame(session->options),
+                                  .samples_min = 1,
                                   .number = 1,
                                   .generation = 1,
                                   .bake = 1};
@@ -529,6 +551,7 @@ cli_exit cli_view_document_open(cli_session *session, cli_view_messages *message
   note_file(document);
   if (!result) result = cli_read_scene(session, path, &document->file_scene);
   if (!result) result = neph_scene_clone(document->file_scene, &document->scene);
+  if (!result) note_samples_min(document);
   if (!result) return CLI_DONE;
   cli_view_document_close(document);
   *out_document = NULL;

@@ -88,6 +88,9 @@ unsigned long long cli_view_document_get_number(const cli_view_document *documen
 /* Writes the state as members of a JSON object, without its braces. */
 void cli_view_document_write_state(const cli_view_document *document, FILE *out);
 
+/* The least number of samples a pixel that the scene's channels need. */
+unsigned cli_view_document_get_samples_min(const cli_view_document *document);
+
 /* JSON of the keys that differ from the file, by neph_scene_describe_edits. */
 neph_result cli_view_document_describe_edits(const cli_view_document *document, char **out_text);
 

@@ -62,6 +62,17 @@ bool cli_view_split_text(char *line, char **out_key, char **out_text) {
   return !strchr(*out_text, '\\');
 }
 
+unsigned cli_view_get_samples_min(const char *described) {
+  static const char *const errors[] = {"standard_error", "variance"};
+  const char *channels = strstr(described, "\"output.aovs\": ");
+  const char *end = channels ? channels + strcspn(channels, "\n") : NULL;
+  for (size_t i = 0; channels && i < sizeof errors / sizeof *errors; i++) {
+    const char *found = strstr(channels, errors[i]);
+    if (found && found < end) return 2;
+  }
+  return 1;
+}
+
 bool cli_view_read_numbers(const char *text, size_t count, double *out) {
   const char *at = text;
   char *end;

@@ -20,6 +20,10 @@ cli_view_key_use cli_view_key_get_use(const char *schema, const char *key);
  * another. */
 bool cli_view_split_text(char *line, char **out_key, char **out_text);
 
+/* The least number of samples a pixel that the channels of a scene need: two for an error. `described` is the JSON of
+ * neph_scene_describe. */
+unsigned cli_view_get_samples_min(const char *described);
+
 /* Reads numbers, with spaces between, that fill a text; false: there are more, or fewer. */
 bool cli_view_read_numbers(const char *text, size_t count, double *out);
 

@@ -268,7 +268,7 @@ neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view
   return result;
 }
 
-neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_preview_desc *preview) {
+void cli_view_picture_set_preview(cli_view_picture *picture, const neph_preview_desc *preview) {
   lock(picture);
   neph_result result = copy_preview(&picture->preview, preview);
   picture->preview_number++;
@@ -276,7 +276,6 @@ neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_p
   if (picture->image && !result) picture->number++;
   unlock(picture);
   picture->wake(picture->wake_user);
-  return result;
 }
 
 neph_result cli_view_picture_save(cli_view_picture *picture, const char *path, bool is_exr) {

@@ -36,8 +36,9 @@ neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step
 /* Shows a finished tile over the picture before it; it is on the page after the next flush, at most every 60 ms. */
 neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view_step *step, const neph_tile *tile);
 
-/* Develops the complete picture anew, after an edit of exposure or view. */
-neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_preview_desc *preview);
+/* Develops the complete picture anew, after an edit of exposure or view. The pixels stay where that fails, after a
+ * message. */
+void cli_view_picture_set_preview(cli_view_picture *picture, const neph_preview_desc *preview);
 
 /* Chooses the channel to show (view_channel.h); "": the picture itself. A picture without it shows itself. */
 neph_result cli_view_picture_set_channel(cli_view_picture *picture, const char *name);

@@ -118,10 +118,11 @@ void cli_view_refresh(cli_view *view) {
   neph_output output = NEPH_OUTPUT_DEFAULT;
   cli_view_order order = {.generation = cli_view_document_get_generation(view->document),
                           .bake = cli_view_document_get_bake(view->document),
+                          .samples_min = cli_view_document_get_samples_min(view->document),
                           .frame = cli_view_document_get_frame(view->document)};
-  neph_result result = neph_scene_get_output(cli_view_document_get_scene(view->document), &output);
-  if (!result) result = cli_view_picture_set_preview(view->picture, &output.preview_desc);
-  if (result || order.generation != cli_view_document_get_number(view->document)) return;
+  const neph_result result = neph_scene_get_output(cli_view_document_get_scene(view->document), &output);
+  if (!result) cli_view_picture_set_preview(view->picture, &output.preview_desc);
+  if (order.generation != cli_view_document_get_number(view->document)) return;
   if (order.bake == order.generation) watch_files(view);
   if (!cli_view_document_copy_scene(view->document, &order.scene)) cli_view_worker_submit(view->worker, &order);
 }

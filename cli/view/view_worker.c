@@ -42,6 +42,7 @@ struct cli_view_worker {
   cli_view_step step;      /* next step to render, or the current one */
   unsigned long long bake; /* number of the edit whose clouds and ground the step shows */
   unsigned long long full; /* number of the last edit that has a full picture */
+  unsigned samples_min;    /* least number of samples a pixel */
   int frame;
   double begin_s;   /* time at which the step began */
   bool has_skipped; /* few pixels were given up for the next edit, and none has been shown since */
@@ -91,6 +92,7 @@ static neph_scene *begin_order(cli_view_worker *worker) {
   const cli_view_order *next = &worker->next;
   worker->scene = next->scene;
   worker->bake = next->bake;
+  worker->samples_min = next->samples_min;
   worker->frame = next->frame;
   worker->step = (cli_view_step){.generation = next->generation, .start_s = worker->next_start_s};
   worker->next.scene = NULL;
@@ -180,7 +182,11 @@ static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out)
   const unsigned divisor = step->level ? 1 : COARSE_DIVISOR;
   step->width = options->has_resolution ? options->resolution[0] : out->width;
   step->height = options->has_resolution ? options->resolution[1] : out->height;
-  step->samples = !step->level ? 1 : step->level == 1 ? out->sample_count : step->samples;
+  if (!step->level && out->sample_count < worker->samples_min)
+    cli_view_picture_set_message(worker->picture, "render.samples is 1, and the error of a pixel takes 2: the view "
+                                                  "renders 2, while nephos render refuses the scene");
+  if (step->level < 2) step->samples = step->level ? out->sample_count : 1;
+  if (step->samples < worker->samples_min) step->samples = worker->samples_min;
   out->frame = worker->frame;
   out->sample_count = step->samples;
   out->target_error = out->time_limit_s = NEPH_UNLIMITED;

@@ -22,6 +22,7 @@ typedef struct cli_view_order {
   neph_scene *scene;             /* the worker's from the call on */
   unsigned long long generation; /* number of the edit */
   unsigned long long bake;       /* number of the last edit that changed clouds or ground */
+  unsigned samples_min;          /* least number of samples a pixel, for the channels of the scene */
   int frame;
 } cli_view_order;
 

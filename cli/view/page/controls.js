@@ -2,7 +2,7 @@
 // Rows of keys: slider, choice or text, by the schema.
 
 import { edits, getChoices, getEntry, given, hasSlider, listBasics, loadValues, numbers, schema, values } from "./keys.js";
-import { act, beginGesture, on, set, setOnce } from "./server.js";
+import { act, beginGesture, getEditNumber, on, set, setOnce } from "./server.js";
 import { printNumber, tidy, unquote } from "./values.js";
 
 const groups = document.getElementById("groups"), search = document.getElementById("find");
@@ -119,10 +119,11 @@ const watchers = [];
 // Calls a function whenever the values have changed.
 export function onValues(watcher) { watchers.push(watcher); }
 
-// Shows the values in force; a field that is being edited keeps its text.
+// Shows the values in force; a field that is being edited keeps its text. Values that were described before the last
+// edit are left.
 async function refresh() {
-  const before = Object.keys(values).join();
-  await loadValues();
+  const before = Object.keys(values).join(), number = getEditNumber();
+  if (!await loadValues(() => getEditNumber() === number)) return refreshSoon();
   for (const watcher of watchers) watcher();
   if (Object.keys(values).join() !== before) return rebuild();
   for (const [key, row] of rows) {

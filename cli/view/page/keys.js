@@ -17,13 +17,16 @@ export async function loadSchema() {
   for (const entry of (await getJson("/api/schema")).keys) schema[entry.key] = entry;
 }
 
-export async function loadValues() {
+// Loads the values; false: `isCurrent` says no when they come, and they are left.
+export async function loadValues(isCurrent = () => true) {
   const [described, changed] = await Promise.all([getJson("/api/values"), getJson("/api/edits")]);
+  if (!isCurrent()) return false;
   values = described.values;
   numbers = described.numbers;
   given = described.given;
   file = described.file;
   edits = new Map(changed.edits.map(edit => [edit.key, edit.value]));
+  return true;
 }
 
 export function countClouds() {

@@ -5,11 +5,11 @@ import * as bookmarks from "./bookmarks.js";
 import * as controls from "./controls.js";
 import "./dome.js";
 import "./hand.js";
-import { countClouds, edits, file, getChoices, getEntry, loadSchema, values } from "./keys.js";
+import { countClouds, edits, file, getChoices, getEntry, loadSchema, numbers, values } from "./keys.js";
 import * as picture from "./picture.js";
 import * as plan from "./plan.js";
 import * as region from "./region.js";
-import { act, follow, getJson, on, post, record, setOnce } from "./server.js";
+import { act, beginGesture, follow, getJson, on, post, record, setAll } from "./server.js";
 import * as timeline from "./timeline.js";
 import * as variants from "./variants.js";
 import { parseWords, printShare, unquote } from "./values.js";
@@ -138,15 +138,25 @@ part("cloud").onchange = () => {
 // Channels that the picture has; the others of the schema are added to the scene when they are chosen.
 async function showChannels() {
   const present = await getJson("/api/channels");
-  const absent = getEntry("output.aovs").choices.filter(name => !present.includes(name));
-  const label = name => ({ standard_error: "error map: standard error", Z: "depth" })[name] ?? name.replaceAll("_", " ");
+  const absent = [...getEntry("output.aovs").choices, "relative_error"].filter(name => !present.includes(name));
+  const label = name => ({ standard_error: "error map: standard error", relative_error: "error map: share of the luminance", Z: "depth" })[name] ?? name.replaceAll("_", " ");
+  const chosen = part("channel").value.replace(/^\+/, ""), is_present = !chosen || present.includes(chosen);
   fill(part("channel"), [["", "picture"], ...present.map(name => [name, label(name)]), ...absent.map(name => ["+" + name, label(name) + " (render)"])],
-    part("channel").value);
+    is_present ? chosen : "+" + chosen);
+}
+
+// Adds a channel to those of the scene. An error takes two samples.
+function addChannel(name) {
+  const aov = name === "relative_error" ? "standard_error" : name;
+  const has_error = ["standard_error", "variance"].includes(aov);
+  const aovs = "[" + [...parseWords(values["output.aovs"]), aov].join(", ") + "]";
+  beginGesture();
+  setAll({ "output.aovs": aovs, ...(has_error && numbers["render.samples"] < 2 && { "render.samples": "2" }) });
 }
 
 part("channel").onchange = async () => {
   const chosen = part("channel").value, name = chosen.replace(/^\+/, "");
-  if (chosen !== name) setOnce("output.aovs", "[" + [...parseWords(values["output.aovs"]), name].join(", ") + "]");
+  if (chosen !== name) addChannel(name);
   await post("/api/show", name);
 };
 

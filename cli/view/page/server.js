@@ -42,6 +42,7 @@ export async function post(path, body = "") {
 
 // Posts an edit that is no set, and tells its answer.
 export async function act(path, body = "") {
+  sends++;
   const answer = await post(path, body);
   tell("edit", [], answer);
   return answer;
@@ -49,12 +50,15 @@ export async function act(path, body = "") {
 
 // Edits that wait for the one under way. A later value of a key replaces the earlier one.
 const waiting = new Map();
-let is_posting = false, gesture = 0;
+let is_posting = false, gesture = 0, sends = 0;
 const listeners = { edit: [], picture: [], fault: [] };
 
 export function on(event, listener) { listeners[event].push(listener); }
 
 export function tell(event, ...what) { for (const listener of listeners[event]) listener(...what); }
+
+// Number of the last edit; NaN while one is under way. A description that was asked for before it lacks it.
+export function getEditNumber() { return is_posting ? NaN : sends; }
 
 // Begins a gesture: its edits are undone together.
 export function beginGesture() { gesture = Date.now(); }
@@ -62,6 +66,7 @@ export function beginGesture() { gesture = Date.now(); }
 async function send() {
   if (is_posting || !waiting.size) return;
   is_posting = true;
+  sends++;
   const keys = [...waiting.keys()];
   const body = [...waiting].map(([key, value]) => key + "=" + value).join("\n");
   const sent = performance.now();
