@@ -8,6 +8,7 @@
 
 #include "view_edits.h"
 #include "view_keys.h"
+#include "view_past.h"
 
 struct cli_view_document {
   cli_session *session;
@@ -24,6 +25,7 @@ struct cli_view_document {
   char *file_fault;                            /* messages of the file's last reading; NULL: it was read */
   unsigned long long number, generation, bake; /* last edit; the last that renders, and that bakes */
   unsigned samples_min;                        /* least number of samples a pixel for the scene's channels */
+  unsigned long long files;                    /* state of the files that the scene reads */
   int frame;                                   /* frame that is shown */
   char *hidden;                                /* names of the clouds that are off, a line each; NULL: none */
   cli_view_messages *messages;                 /* borrowed; they hold the refusal */
@@ -151,6 +153,11 @@ neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene
 }
 
 unsigned long long cli_view_document_get_generation(const cli_view_document *document) { return document->generation; }
+
+char *cli_view_document_create_key(const cli_view_document *document, const neph_scene *scene) {
+  return cli_view_past_create_key(document->session->context, document->schema, scene, document->frame,
+                                  document->files);
+}
 
 unsigned cli_view_document_get_samples_min(const cli_view_document *document) { return document->samples_min; }
 
@@ -282,12 +289,16 @@ unsigned cli_view_document_add_cloud(cli_view_document *document, const char *pr
 
 /* ---- Maps, frames and files ---- */
 
+/* Counts an edit that the scene does not have. */
+static void count_edit(cli_view_document *document) { document->bake = document->generation = ++document->number; }
+
 void cli_view_document_touch(cli_view_document *document) {
-  document->bake = document->generation = ++document->number;
+  document->files++;
+  count_edit(document);
 }
 
 unsigned cli_view_document_set_frame(cli_view_document *document, int frame) {
-  if (frame != document->frame) cli_view_document_touch(document);
+  if (frame != document->frame) count_edit(document);
   document->frame = frame;
   return 200;
 }
@@ -309,7 +320,7 @@ unsigned cli_view_document_toggle_cloud(cli_view_document *document, unsigned cl
   char *hidden = list_hidden(document, neph_scene_get_cloud_name(document->scene, cloud));
   free(document->hidden);
   document->hidden = hidden;
-  cli_view_document_touch(document);
+  count_edit(document);
   return 200;
 }
 
@@ -448,6 +459,7 @@ unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits)
     document->file_scene = file_scene;
     file_scene = before;
     document->saved = 0;
+    document->files++;
     document->has_news = false;
   }
   neph_scene_destroy(file_scene);

@@ -61,6 +61,9 @@ int cli_view_document_get_frame(const cli_view_document *document);
 /* Notes that a file that the scene reads has changed on disk. */
 void cli_view_document_touch(cli_view_document *document);
 
+/* Key of the pictures of a copy of the scene, by cli_view_past_create_key. */
+char *cli_view_document_create_key(const cli_view_document *document, const neph_scene *scene);
+
 /* JSON of the schema, and of the scene's values, to be freed by neph_text_destroy. */
 const char *cli_view_document_get_schema(const cli_view_document *document);
 neph_result cli_view_document_describe(const cli_view_document *document, char **out_text);

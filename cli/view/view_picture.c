@@ -10,6 +10,7 @@
 #include "view_channel.h"
 #include "view_clock.h"
 #include "view_enlarge.h"
+#include "view_past.h"
 
 enum { PIXEL_BYTES = 4 };
 static const double tile_interval_s = 0.06;
@@ -28,6 +29,9 @@ struct cli_view_picture {
   void *wake_user;
   neph_preview_desc preview;      /* its texts are the picture's own: scenes that lend them come and go */
   neph_image *image;              /* last whole picture; NULL before the first */
+  char *image_key;                /* key to keep it under; NULL: it is not kept */
+  cli_view_step image_step;       /* its step */
+  cli_view_past past;             /* whole pictures before it */
   neph_image *patch;              /* complete picture of a region that lies over it; NULL: none */
   unsigned patch_min[2];          /* its first pixel */
   char *channel;                  /* channel that is shown; NULL: the picture itself */
@@ -88,12 +92,20 @@ cli_view_picture *cli_view_picture_create(neph_context *context, void (*wake)(vo
   return picture;
 }
 
+static void clear_images(cli_view_picture *picture) {
+  neph_image_destroy(picture->image);
+  neph_image_destroy(picture->patch);
+  free(picture->image_key);
+  picture->image = picture->patch = NULL;
+  picture->image_key = NULL;
+}
+
 void cli_view_picture_destroy(cli_view_picture *picture) {
   if (!picture) return;
   pthread_mutex_destroy(&picture->lock);
   pthread_mutex_destroy(&picture->texts_lock);
-  neph_image_destroy(picture->image);
-  neph_image_destroy(picture->patch);
+  clear_images(picture);
+  cli_view_past_clear(&picture->past);
   free(picture->pixels);
   free(picture->channel);
   clear_preview(&picture->preview);
@@ -201,18 +213,23 @@ static void note_change(cli_view_picture *picture, const cli_view_step *step) {
   picture->number++;
 }
 
-static void clear_images(cli_view_picture *picture) {
-  neph_image_destroy(picture->image);
-  neph_image_destroy(picture->patch);
-  picture->image = picture->patch = NULL;
+/* Puts the whole picture among those of the past, unless `key` is its own: a better one replaces it. */
+static void keep_image(cli_view_picture *picture, const char *key) {
+  if (!picture->image || !picture->image_key || (key && !strcmp(key, picture->image_key))) return;
+  cli_view_past_put(&picture->past, picture->image_key, &picture->image_step, picture->image);
+  picture->image = NULL;
+  picture->image_key = NULL;
 }
 
 /* Takes an image, as the whole or as the region over it. */
-static void lay_image(cli_view_picture *picture, const cli_view_step *step, neph_image *image) {
+static void lay_image(cli_view_picture *picture, const cli_view_step *step, const char *key, neph_image *image) {
   const bool is_patch = step->level && has_region(step) && picture->image;
   if (!is_patch) {
+    keep_image(picture, key);
     clear_images(picture);
     picture->image = image;
+    picture->image_key = key ? strdup(key) : NULL;
+    picture->image_step = *step;
     return;
   }
   unsigned max[2];
@@ -221,24 +238,62 @@ static void lay_image(cli_view_picture *picture, const cli_view_step *step, neph
   picture->patch = image;
 }
 
-neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step *step, neph_image *image) {
-  lock(picture);
-  lay_image(picture, step, image);
+/* Notes when the pictures of the first levels were complete; one of more samples stands for those that were left out.
+ */
+static void mark_levels(cli_view_picture *picture, const cli_view_step *step) {
+  for (unsigned i = 0; i < 2 && i <= step->level; i++)
+    if (i == step->level || picture->marks[i].generation != step->generation)
+      picture->marks[i] = (view_mark){step->generation, picture->shown_s - step->start_s, cli_view_clock_get_cpu_s()};
+}
+
+/* Shows a picture: the caller has locked. */
+static neph_result show(cli_view_picture *picture, const cli_view_step *step, const char *key, neph_image *image) {
+  lay_image(picture, step, key, image);
   picture->has_tiles = false;
   picture->error = (neph_image_error)NEPH_IMAGE_ERROR_DEFAULT;
   neph_result result = neph_image_get_error(image, &picture->error);
   if (!result) result = resize(picture, step->width, step->height);
   if (!result) result = develop(picture);
   if (!result) note_change(picture, step);
-  if (!result && step->level < 2)
-    picture->marks[step->level] =
-        (view_mark){step->generation, picture->shown_s - step->start_s, cli_view_clock_get_cpu_s()};
-  if (result) { /* without colours, say: nothing can be shown until the next picture */
-    clear_images(picture);
-  }
+  if (!result) mark_levels(picture, step);
+  if (result) clear_images(picture); /* without colours, say: nothing can be shown until the next picture */
+  return result;
+}
+
+neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step *step, const char *key,
+                                  neph_image *image) {
+  lock(picture);
+  const neph_result result = show(picture, step, key, image);
   unlock(picture);
   picture->wake(picture->wake_user);
   return result;
+}
+
+/* Takes the picture of a key from the page or from the past; NULL: there is none. */
+static neph_image *take_image(cli_view_picture *picture, const char *key, cli_view_step *out_step) {
+  if (!picture->image_key || strcmp(key, picture->image_key)) return cli_view_past_take(&picture->past, key, out_step);
+  neph_image *image = picture->image;
+  *out_step = picture->image_step;
+  picture->image = NULL;
+  return image;
+}
+
+bool cli_view_picture_recall(cli_view_picture *picture, const char *key, cli_view_step *step,
+                             neph_image_error *out_error) {
+  cli_view_step kept;
+  lock(picture);
+  neph_image *image = take_image(picture, key, &kept);
+  if (image) {
+    kept.generation = step->generation;
+    kept.start_s = step->start_s;
+    kept.waited_s = cli_view_clock_get_s() - step->start_s;
+  }
+  const bool is_shown = image && !show(picture, &kept, key, image);
+  if (is_shown) *out_error = picture->error;
+  unlock(picture);
+  if (is_shown) *step = kept;
+  if (is_shown) picture->wake(picture->wake_user);
+  return is_shown;
 }
 
 /* Develops a tile to its place in the picture. */

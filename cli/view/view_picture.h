@@ -30,8 +30,15 @@ typedef struct cli_view_step {
 void cli_view_step_get_window(const cli_view_step *step, unsigned width, unsigned height, unsigned out_min[2],
                               unsigned out_max[2]);
 
-/* Shows a complete picture, or that of a region over the last whole one; it passes to `picture`. */
-neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step *step, neph_image *image);
+/* Shows a complete picture, or that of a region over the last whole one; it passes to `picture`. A whole one is kept
+ * under `key` when another replaces it; NULL: it is not. */
+neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step *step, const char *key,
+                                  neph_image *image);
+
+/* Shows the picture that is kept under a key again, for the edit of `step`, which gets its level, samples and size.
+ * False: none is kept. */
+bool cli_view_picture_recall(cli_view_picture *picture, const char *key, cli_view_step *step,
+                             neph_image_error *out_error);
 
 /* Shows a finished tile over the picture before it; it is on the page after the next flush, at most every 60 ms. */
 neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view_step *step, const neph_tile *tile);

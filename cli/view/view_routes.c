@@ -124,7 +124,9 @@ void cli_view_refresh(cli_view *view) {
   if (!result) cli_view_picture_set_preview(view->picture, &output.preview_desc);
   if (order.generation != cli_view_document_get_number(view->document)) return;
   if (order.bake == order.generation) watch_files(view);
-  if (!cli_view_document_copy_scene(view->document, &order.scene)) cli_view_worker_submit(view->worker, &order);
+  if (cli_view_document_copy_scene(view->document, &order.scene)) return;
+  order.key = cli_view_document_create_key(view->document, order.scene);
+  cli_view_worker_submit(view->worker, &order);
 }
 
 /* Replies to an edit with the state of the document, and the reason of a refusal. */

@@ -39,6 +39,7 @@ struct cli_view_worker {
   neph_renderer *coarse_renderer; /* renders coarse pictures of other clouds or ground; NULL: none yet */
   neph_renderer *spare;           /* renderer of variants, which would drop what the other keeps; NULL: none waits */
   neph_scene *scene;
+  char *key;               /* key of the scene's pictures; NULL: they are not kept */
   cli_view_step step;      /* next step to render, or the current one */
   unsigned long long bake; /* number of the edit whose clouds and ground the step shows */
   unsigned long long full; /* number of the last edit that has a full picture */
@@ -54,6 +55,7 @@ struct cli_view_worker {
 void cli_view_worker_submit(cli_view_worker *worker, const cli_view_order *order) {
   pthread_mutex_lock(&worker->lock);
   neph_scene *replaced = worker->next.scene;
+  free(worker->next.key);
   worker->next = *order;
   worker->next_start_s = cli_view_clock_get_s();
   pthread_cond_signal(&worker->changed);
@@ -91,11 +93,14 @@ static neph_scene *begin_order(cli_view_worker *worker) {
   neph_scene *before = worker->scene;
   const cli_view_order *next = &worker->next;
   worker->scene = next->scene;
+  free(worker->key);
+  worker->key = next->key;
   worker->bake = next->bake;
   worker->samples_min = next->samples_min;
   worker->frame = next->frame;
   worker->step = (cli_view_step){.generation = next->generation, .start_s = worker->next_start_s};
   worker->next.scene = NULL;
+  worker->next.key = NULL;
   worker->is_settled = false;
   return before;
 }
@@ -204,18 +209,32 @@ static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out)
 
 /* Whether more samples lower the error: noise is more than half of the bias, and can be seen; the target of
  * the scene, where it has one, is not reached. */
-static bool is_worth_more(const cli_view_worker *worker, const neph_image *image, double target_error) {
-  neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
-  if (worker->step.samples >= SAMPLES_MAX || neph_image_get_error(image, &error)) return false;
-  if (isfinite(target_error) && error.error.value <= target_error) return false;
-  return isfinite(error.noise.value) && error.noise.value > fmax(0.5 * error.bias.value, invisible_noise);
+static bool is_worth_more(const cli_view_worker *worker, const neph_image_error *error, double target_error) {
+  if (worker->step.samples >= SAMPLES_MAX) return false;
+  if (isfinite(target_error) && error->error.value <= target_error) return false;
+  return isfinite(error->noise.value) && error->noise.value > fmax(0.5 * error->bias.value, invisible_noise);
 }
 
 /* Chooses the step behind a finished one: twice the samples, as long as they are worth it. */
-static void choose_next_step(cli_view_worker *worker, const neph_image *image, double target_error) {
-  worker->is_settled = worker->step.level > 0 && !is_worth_more(worker, image, target_error);
+static void choose_next_step(cli_view_worker *worker, const neph_image_error *error, double target_error) {
+  worker->is_settled = worker->step.level > 0 && !is_worth_more(worker, error, target_error);
   if (worker->step.level > 0) worker->step.samples *= 2;
   worker->step.level++;
+}
+
+/* Shows the picture that the scene had before, when it was shown last, in place of few pixels; false: none is kept. It
+ * goes on from there. */
+static bool recall(cli_view_worker *worker) {
+  neph_render_desc given = NEPH_RENDER_DESC_DEFAULT;
+  neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
+  const double *region = worker->step.region;
+  const bool is_whole = !(region[0] < region[2] && region[1] < region[3]);
+  if (worker->step.level || !worker->key || !is_whole || neph_scene_get_render_desc(worker->scene, &given))
+    return false;
+  if (!cli_view_picture_recall(worker->picture, worker->key, &worker->step, &error)) return false;
+  choose_next_step(worker, &error, given.target_error);
+  if (worker->is_settled) cli_view_picture_set_stage(worker->picture, "done", 1.0);
+  return true;
 }
 
 static void render_step(cli_view_worker *worker) {
@@ -232,8 +251,10 @@ static void render_step(cli_view_worker *worker) {
   const cli_view_step shown = worker->step;
   if (!result && shown.level) worker->full = shown.generation;
   worker->has_skipped = result == NEPH_ERROR_CANCELLED && !shown.level;
-  if (!result) choose_next_step(worker, image, given.target_error);
-  if (!result) result = cli_view_picture_show(worker->picture, &shown, image);
+  neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
+  if (!result) result = neph_image_get_error(image, &error);
+  if (!result) choose_next_step(worker, &error, given.target_error);
+  if (!result) result = cli_view_picture_show(worker->picture, &shown, shown.level ? worker->key : NULL, image);
   /* A failed picture is given up until the next edit; its message has been logged. */
   if (result && result != NEPH_ERROR_CANCELLED) worker->is_settled = true;
   if (worker->is_settled) cli_view_picture_set_stage(worker->picture, result ? "failed" : "done", result ? 0.0 : 1.0);
@@ -274,7 +295,7 @@ static void *work(void *user) {
   while (await_step(worker))
     if (worker->is_settled)
       render_variant(worker);
-    else
+    else if (!recall(worker))
       render_step(worker);
   return NULL;
 }
@@ -313,6 +334,8 @@ void cli_view_worker_destroy(cli_view_worker *worker) {
   neph_renderer_destroy(worker->spare);
   neph_scene_destroy(worker->scene);
   neph_scene_destroy(worker->next.scene);
+  free(worker->key);
+  free(worker->next.key);
   pthread_mutex_destroy(&worker->lock);
   pthread_cond_destroy(&worker->changed);
   free(worker);

@@ -20,6 +20,7 @@ void cli_view_worker_destroy(cli_view_worker *worker);
 /* A scene to show. */
 typedef struct cli_view_order {
   neph_scene *scene;             /* the worker's from the call on */
+  char *key;                     /* the worker's too: key of its pictures (view_past.h); NULL: they are not kept */
   unsigned long long generation; /* number of the edit */
   unsigned long long bake;       /* number of the last edit that changed clouds or ground */
   unsigned samples_min;          /* least number of samples a pixel, for the channels of the scene */

@@ -186,6 +186,33 @@ def check_sky(page):
     check("or its angles", page.holds("document.getElementById('sun-date').disabled"))
 
 
+def check_aim(page):
+    """Sun and focus by a place in the picture."""
+    before = page.run("return nephos.edits.length")
+    for key, text in (("camera-roll", "20 deg"), ("sun-angular-radius", "3 deg"), ("camera-look-at", "[0, 0, 3 km]")):
+        page.write("key-" + key, text)
+    page.get("aim-sun").click()
+    press(page, "picture", [(60, -40), (60, -40)])
+    page.get("aim-sun").click()
+    check("the sun is placed in the picture", page.holds("nephos.edits.at(-1).keys.join() === 'sun.azimuth,sun.elevation'") and page.settles())
+    pixels = page.pixels()
+    place = page.run("const b = document.getElementById('picture').getBoundingClientRect(); return [120 / b.width, -80 / b.height]")
+    at = [round((0.5 + share) * size - 0.5) for share, size in zip(place, (64, 36))]
+    light = lambda x, y: sum(pixels[4 * (64 * y + x):][:3])
+    check("it stands under the pointer", light(*at) == max(map(sum, zip(pixels[::4], pixels[1::4], pixels[2::4]))), (at, light(*at)))
+    page.get("picture").send_keys("l")
+    check("L puts it under the pointer, or in the middle", page.holds("nephos.edits.at(-1).keys.includes('sun.azimuth')"))
+    page.get("aim-focus").click()
+    ActionChains(page.driver, duration=20).move_to_element_with_offset(page.get("picture"), 0, 230).click().perform()
+    page.get("aim-focus").click()
+    check("a click focuses", page.holds("nephos.edits.at(-1).keys.includes('camera.focus_distance')"), page.get("refusal").text)
+    check("a camera without an aperture has one then", page.holds("document.getElementById('key-camera-f-stop')?.value === '2.8'"))
+    check("each is an edit that is undone alone", page.run("return nephos.edits.length") >= before + 6)
+    for _ in range(6):
+        page.get("undo").click()
+    check("all of it is undone", page.holds("document.getElementById('key-camera-roll').value === '0 deg'") and page.settles())
+
+
 def check_plan(page):
     page.run("document.getElementById('plan-part').open = true")
     eye = page.run("return document.getElementById('key-camera-position').value")
@@ -298,6 +325,7 @@ def run(program):
             check_start(view, page)
             check_fields(page)
             check_hand(page)
+            check_aim(page)
             check_panel(page)
             check_sky(page)
             check_plan(page)

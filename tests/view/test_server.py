@@ -288,6 +288,41 @@ def check_variants(view):
     check("the scene is as it was", view.values() == before)
 
 
+def check_past(view):
+    """A setting that was shown shows its picture again at once, bit by bit, without a render."""
+    def save():
+        file = view.post("/api/save_picture", "exr")[1]["file"]
+        bits = open(file, "rb").read()
+        os.unlink(file)
+        return bits
+
+    view.set("camera.roll=6 deg")
+    state, pixels = view.wait_done()
+    bits, samples = save(), state["samples"]
+    view.set("camera.roll=9 deg")
+    _, other = view.wait_done()
+    check("another setting is another picture", other != pixels)
+    back = [("undo", lambda: view.post("/api/undo")), ("redo", lambda: view.post("/api/redo")),
+            ("a value set by hand", lambda: view.set("camera.roll=6 deg"))]
+    for name, act in back:
+        before = view.picture()[0]["number"]
+        _, answer = act()
+        state, shown = view.wait(lambda s: s["generation"] == answer["wanted"])
+        check(f"{name}: the picture is there at once, of all samples", state["number"] <= before + 2 and state["complete"] and
+              state["samples"] == samples and state["stage"] == "done", state)
+        check(f"{name}: it has its pixels", shown == (other if name == "redo" else pixels))
+    check("and its bits", save() == bits)
+    view.set("output.exposure=1")
+    _, bright = view.wait_done()
+    view.set("camera.roll=9 deg")
+    view.wait_done()
+    view.set("output.exposure=auto", "camera.roll=6 deg")
+    state, shown = view.wait_done()
+    check("another exposure has the same picture, developed anew", shown == pixels and shown != bright, state)
+    for _ in range(5):
+        view.post("/api/undo")
+
+
 def check_drag(view):
     """Edits faster than pictures: pictures of few pixels come all the time, and the last edit ends in a full one."""
     generations, count, end = set(), 0, time.monotonic() + 20
@@ -458,10 +493,13 @@ def check_map(view, folder):
     painted = view.request("/api/map?cloud=0")[1]
     at = lambda picture, x, y: picture[int(y * MAP_EDGE) * MAP_EDGE + int(x * MAP_EDGE)]
     check("the brush has emptied its place alone", at(painted, 0.25, 0.5) == 0 and at(painted, 0.75, 0.5) == even[0])
+    _, first = view.wait_done(60)
     number = view.picture()[0]["wanted"]
     view.post("/api/paint?cloud=0&gesture=4", "0.75 0.5 0.1 1 0")
     check("the next stroke goes to the same file", set(os.listdir(folder)) - before == {os.path.basename(path)})
     check("and is rendered", view.picture()[0]["wanted"] > number)
+    _, second = view.wait_done(60)
+    check("though the scene names the same file as before", second != first)
     view.post("/api/unpaint?cloud=0")
     check("a stroke is taken back", view.request("/api/map?cloud=0")[1] == painted)
     state, _ = view.wait_done(60)
@@ -562,6 +600,7 @@ def main():
         check_pictures(view, program, folder)
         check_channels(view, folder)
         check_variants(view)
+        check_past(view)
         check_drag(view)
         check_region(view)
         check_map(view, folder)

@@ -3,7 +3,7 @@
 
 import { values } from "./keys.js";
 import { setAll } from "./server.js";
-import { parseList, parseNumber, printPoint } from "./values.js";
+import { parseList, parseNumber, printPoint, unquote } from "./values.js";
 
 // ---- Vectors ----
 
@@ -40,13 +40,26 @@ export function getAxes({ eye, target }) {
   return { ahead, right, up: cross(right, ahead) };
 }
 
-// Point of the world under a pixel of a picture, by its depth along the camera's axis; null where there is nothing.
-export function getPoint([column, row], depth, width, height) {
-  const camera = getCamera(), { ahead, right, up } = getAxes(camera);
-  if (depth == null) return null;
+// Half of the picture's width at a depth of 1.
+function getHalfWidth() {
   const lens = parseNumber(values["camera.focal_length"]), fov = parseNumber(values["camera.fov"]) * Math.PI / 180;
-  const half_width = Number.isNaN(lens) ? Math.tan(fov / 2) : parseNumber(values["camera.sensor"]) / 2 / lens;
-  const x = (2 * (column + 0.5) / width - 1) * half_width;
-  const y = (1 - 2 * (row + 0.5) / height) * half_width * height / width;
-  return add(add(add(camera.eye, ahead, depth), right, x * depth), up, y * depth);
+  return Number.isNaN(lens) ? Math.tan(fov / 2) : parseNumber(values["camera.sensor"]) / 2 / lens;
+}
+
+// Ray under a pixel of a picture, to a depth of 1 along the camera's axis; null: the camera is not perspective.
+export function getRay([column, row], width, height) {
+  if (unquote(values["camera.kind"] ?? "perspective") !== "perspective") return null;
+  const { ahead, right, up } = getAxes(getCamera()), half_width = getHalfWidth();
+  const roll = (parseNumber(values["camera.roll"]) || 0) * Math.PI / 180;
+  const [aside, above] = parseList(values["camera.shift"] ?? "[0, 0]");
+  const x = (2 * (column + 0.5) / width - 1 + 2 * aside) * half_width;
+  const y = ((1 - 2 * (row + 0.5) / height) * height / width + 2 * above) * half_width;
+  const [cos, sin] = [Math.cos(roll), Math.sin(roll)];
+  return add(add(ahead, right, x * cos + y * sin), up, y * cos - x * sin);
+}
+
+// Point of the world under a pixel, by its depth along the camera's axis; null where there is nothing.
+export function getPoint(pixel, depth, width, height) {
+  const ray = getRay(pixel, width, height);
+  return ray && depth != null ? add(getCamera().eye, ray, depth) : null;
 }

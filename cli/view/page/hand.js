@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hand: camera and sun by pointer, wheel and keyboard.
 
+import * as aim from "./aim.js";
 import { add, getAxes, getCamera, getPoint, length, setCamera, subtract, turn } from "./camera.js";
 import { values } from "./keys.js";
-import { getPixel, getValues, readOut } from "./picture.js";
+import { getPixel, getSize, getValues, readOut } from "./picture.js";
 import * as region from "./region.js";
 import { beginGesture, record, set, setAll, setOnce } from "./server.js";
 import { parseNumber, printNumber, printPoint } from "./values.js";
@@ -58,6 +59,7 @@ function chooseMove(event) {
 }
 
 let drag = null;
+let pointed = null; // pixel under the pointer
 const fingers = new Map(); // pointers of a touch, by their numbers
 
 // Two fingers: their distance dollies, their middle pans.
@@ -75,14 +77,15 @@ function pinch() {
 canvas.onpointerdown = event => {
   canvas.setPointerCapture(event.pointerId);
   canvas.focus();
-  if (region.beginDrag(event)) return;
+  if (region.beginDrag(event) || aim.beginDrag(event)) return;
   beginGesture();
   if (event.pointerType === "touch") fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
   if (fingers.size === 2) return beginPinch();
   drag = { x: event.clientX, y: event.clientY, move: chooseMove(event), sun: event.ctrlKey && getSun(), camera: getCamera() };
 };
 canvas.onpointermove = event => {
-  if (region.drag(event)) return;
+  pointed = getPixel(event);
+  if (region.drag(event) || aim.drag(event)) return;
   if (fingers.has(event.pointerId)) fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
   if (fingers.size === 2 && drag?.apart) return pinch();
   if (!drag) return readOut(event);
@@ -92,9 +95,11 @@ canvas.onpointermove = event => {
 };
 canvas.onpointerup = canvas.onpointercancel = event => {
   region.endDrag();
+  aim.endDrag();
   fingers.delete(event.pointerId);
   drag = null;
 };
+canvas.onpointerleave = () => { pointed = null; };
 canvas.oncontextmenu = event => event.preventDefault();
 
 let last_wheel = 0;
@@ -115,6 +120,8 @@ canvas.ondblclick = async event => {
 const flights = { w: [0, 1, 0], s: [0, -1, 0], a: [-1, 0, 0], d: [1, 0, 0], e: [0, 0, 1], q: [0, 0, -1] };
 const turns = { ArrowLeft: [-10, 0], ArrowRight: [10, 0], ArrowUp: [0, 10], ArrowDown: [0, -10] };
 
+const aims = { l: "sun", f: "focus" };
+
 function changeExposure(by) {
   const now = parseNumber(values["output.exposure"]);
   const value = printNumber((Number.isNaN(now) ? record.state.stops : now) + by, "EV");
@@ -124,9 +131,10 @@ function changeExposure(by) {
 
 canvas.onkeydown = event => {
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-  const is_known = key in flights || key in turns || key === "[" || key === "]";
+  const is_known = key in flights || key in turns || key in aims || key === "[" || key === "]";
   if (!is_known || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
+  if (key in aims) return aim.aim(aims[key], pointed ?? getSize().map(size => size >> 1));
   if (!event.repeat) beginGesture();
   if (key in flights) setCamera(fly(getCamera(), flights[key]));
   else if (key in turns) setCamera(moves.orbit(getCamera(), ...turns[key]));

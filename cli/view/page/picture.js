@@ -94,6 +94,8 @@ export function getPixel(event) {
   return [(event.clientX - box.left) / box.width * canvas.width, (event.clientY - box.top) / box.height * canvas.height].map(Math.floor);
 }
 
+export function getSize() { return [canvas.width, canvas.height]; }
+
 export async function getValues([x, y]) { return getJson(`/api/pixel?x=${x}&y=${y}`); }
 
 let is_reading = false;
