@@ -113,11 +113,17 @@ static bool get_source(const neph_image *image, const char *name, number_source 
   return true;
 }
 
-static neph_result create_numbers(const neph_image *image, const char *name, cli_view_channel *out) {
+static neph_result create_numbers(const neph_image *image, const char *name, const cli_view_channel *range,
+                                  cli_view_channel *out) {
   number_source source;
   if (!get_source(image, name, &source)) return NEPH_ERROR_NOT_FOUND;
   out->is_scalar = true;
-  measure_range(image, &source, out);
+  if (range) {
+    out->least = range->least;
+    out->greatest = range->greatest;
+  } else {
+    measure_range(image, &source, out);
+  }
   paint_numbers(image, &source, out);
   return NEPH_OK;
 }
@@ -134,14 +140,14 @@ static neph_result copy_lights(const neph_image *image, neph_image *out) {
 }
 
 neph_result cli_view_channel_create(neph_context *context, const neph_image *image, const char *name,
-                                    cli_view_channel *out) {
+                                    const cli_view_channel *range, cli_view_channel *out) {
   *out = (cli_view_channel){0};
   neph_result result = neph_image_create(context, neph_image_get_width(image), neph_image_get_height(image),
                                          COMPONENT_COUNT, components, &out->image);
   if (result) return result;
   result = copy_lights(image, out->image);
   if (!result)
-    result = get_component(image, name, 0) ? create_colour(image, name, out) : create_numbers(image, name, out);
+    result = get_component(image, name, 0) ? create_colour(image, name, out) : create_numbers(image, name, range, out);
   if (!result) return NEPH_OK;
   neph_image_destroy(out->image);
   out->image = NULL;

@@ -21,9 +21,10 @@ typedef struct cli_view_channel {
 
 /* Makes a picture of a channel: colours, "sun", of its channels sun.R, sun.G and sun.B; a number, "Z"; the stops of
  * luminance below the brightest, at most 12; or the relative error, up to 1, black where there is no luminance.
- * NEPH_ERROR_NOT_FOUND: the picture has no such channel. */
+ * A number has the colours of `range`; NULL: those of its own range. NEPH_ERROR_NOT_FOUND: the picture has no such
+ * channel. */
 neph_result cli_view_channel_create(neph_context *context, const neph_image *image, const char *name,
-                                    cli_view_channel *out_channel);
+                                    const cli_view_channel *range, cli_view_channel *out_channel);
 
 /* Writes the names of all channels as a JSON list; colours once. */
 void cli_view_channel_write_names(const neph_image *image, FILE *out);

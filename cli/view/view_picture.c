@@ -176,27 +176,33 @@ static neph_result develop_image(cli_view_picture *picture, const neph_image *im
                             (size_t)picture->width * PIXEL_BYTES);
 }
 
-/* Develops the chosen channel: colours with the exposure of the picture, single numbers without exposure. */
+/* Develops a picture of the region over the whole. */
+static neph_result develop_patch(cli_view_picture *picture, const neph_image *patch, const neph_preview_desc *held) {
+  const size_t stride = (size_t)picture->width * PIXEL_BYTES;
+  const unsigned width = neph_image_get_width(patch), height = neph_image_get_height(patch);
+  uint8_t *first = picture->pixels + picture->patch_min[1] * stride + (size_t)picture->patch_min[0] * PIXEL_BYTES;
+  return neph_image_develop(patch, held, 0, 0, width, height, first, stride);
+}
+
+/* Develops the chosen channel: colours with the exposure of the picture, single numbers without exposure. Colours of
+ * numbers are those of the region, where there is one. */
 static neph_result develop_channel(cli_view_picture *picture, neph_preview_desc held) {
-  cli_view_channel *channel = &picture->shown_channel;
-  neph_result result = cli_view_channel_create(picture->context, picture->image, picture->channel, channel);
+  cli_view_channel *shown = &picture->shown_channel, whole = {0};
+  const neph_image *finest = picture->patch ? picture->patch : picture->image;
+  neph_result result = cli_view_channel_create(picture->context, finest, picture->channel, NULL, shown);
   if (result) return result;
-  if (channel->is_scalar) held.view = NEPH_VIEW_RAW, held.exposure_ev = 0.0;
-  result = develop_image(picture, channel->image, &held);
-  neph_image_destroy(channel->image);
-  channel->image = NULL;
+  if (shown->is_scalar) held.view = NEPH_VIEW_RAW, held.exposure_ev = 0.0;
+  if (picture->patch)
+    result = cli_view_channel_create(picture->context, picture->image, picture->channel, shown, &whole);
+  if (!result) result = develop_image(picture, whole.image ? whole.image : shown->image, &held);
+  if (!result && picture->patch) result = develop_patch(picture, shown->image, &held);
+  neph_image_destroy(whole.image);
+  neph_image_destroy(shown->image);
+  shown->image = NULL;
   return result;
 }
 
-/* Develops the region over the whole. */
-static neph_result develop_patch(cli_view_picture *picture, const neph_preview_desc *held) {
-  const size_t stride = (size_t)picture->width * PIXEL_BYTES;
-  const unsigned width = neph_image_get_width(picture->patch), height = neph_image_get_height(picture->patch);
-  uint8_t *first = picture->pixels + picture->patch_min[1] * stride + (size_t)picture->patch_min[0] * PIXEL_BYTES;
-  return neph_image_develop(picture->patch, held, 0, 0, width, height, first, stride);
-}
-
-/* Develops the last complete picture. A channel is that of the whole. */
+/* Develops the last complete picture. */
 static neph_result develop(cli_view_picture *picture) {
   neph_result result = neph_image_compute_exposure(picture->image, &picture->preview, &picture->stops);
   if (result) return result;
@@ -204,7 +210,7 @@ static neph_result develop(cli_view_picture *picture) {
   picture->shown_channel = (cli_view_channel){0};
   if (picture->channel && (result = develop_channel(picture, held)) != NEPH_ERROR_NOT_FOUND) return result;
   result = develop_image(picture, picture->image, &held);
-  return result || !picture->patch ? result : develop_patch(picture, &held);
+  return result || !picture->patch ? result : develop_patch(picture, picture->patch, &held);
 }
 
 static void note_change(cli_view_picture *picture, const cli_view_step *step) {

@@ -464,6 +464,16 @@ def check_region(view):
     check("around it few pixels are shown", state["level"] >= 1 and len(pixels) == 4 * 64 * 36)
     _, values = view.request("/api/pixel?x=32&y=30")
     check("values are read inside of it", b'"Z"' in values, values)
+    view.request("/api/show", "Z")
+    state, channel = view.picture()
+    read = lambda x, y: json.loads(view.request(f"/api/pixel?x={x}&y={y}")[1])["Z"]
+    depths = [z for y in range(18, 36) for x in range(16, 48) if (z := read(x, y)) is not None]
+    near = lambda a, b: abs(a - b) <= 1e-5 * b
+    check("a channel has the range of the region", near(state["least"], min(depths)) and near(state["greatest"], max(depths)), state)
+    row = rows(channel, 16, 48)[-1]
+    check("and its pixels", len({row[i:i + 4] for i in range(0, len(row), 4)}) > 12)
+    view.request("/api/show", "")
+    state, pixels = view.picture()
     status, answer = view.post("/api/save_picture", "exr")
     check("the region is what is saved", status == 200 and os.path.getsize(answer["file"]) > 1000, answer)
     view.request("/api/region", "")
