@@ -82,7 +82,7 @@ static const np_noise_octaves region_octaves = {.count = 2, .gain = 0.5f};
 static const float patch_weight = 0.7f, region_weight = 0.55f;
 
 /* Grain: amplitude of an octave, the shortest, and their number. */
-static const float grain_amplitude = 0.9f, grain_shortest_m = 1.0f;
+static const float grain_amplitude = 1.04f, grain_shortest_m = 1.0f;
 enum { GRAIN_OCTAVES = 11 };
 
 /* Parcels of farmland: size along and across the rows, and their turn. */
@@ -168,8 +168,11 @@ void np_land_cover_eval(neph_ground_cover climate, const np_noise_table *noise, 
     share *= c->parcels[1] > 0.0f ? eval_parcels(place, c) : eval_patches(noise, place, c, i);
     for (int b = 0; b < 3; b++) out_albedo[b] = np_mixf(out_albedo[b], c->albedo[b], share);
   }
-  const float grain = eval_grain(noise, place);
-  for (int b = 0; b < 3; b++) out_albedo[b] = np_clampf(grain * out_albedo[b], 0.0f, 1.0f);
+  const float excess = eval_grain(noise, place) - 1.0f;
+  for (int b = 0; b < 3; b++) {
+    const float albedo = out_albedo[b], contrast = 1.0f - albedo * albedo; /* snow has less than soil */
+    out_albedo[b] = np_clampf(albedo * (1.0f + contrast * excess), 0.0f, 1.0f);
+  }
 }
 
 float np_land_cover_get_roughness(neph_ground_cover climate) { return climate == NEPH_GROUND_COVER_NONE ? 0.0f : 0.5f; }
