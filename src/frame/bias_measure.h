@@ -4,11 +4,7 @@
 #define NP_FRAME_BIAS_MEASURE_H
 
 #include "frame/bias_model.h"
-
-/* A figure and its standard deviation. */
-typedef struct np_uncertain {
-  double value, deviation;
-} np_uncertain;
+#include "frame/error_probes.h"
 
 /* Measures of a bias b by the tracer; a deviation of 0: there is none. */
 typedef struct np_bias_measure {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Noise from the samples' spread, corrected by pixels sampled again; bias from a model, and from pixels traced. */
+/* Noise from the samples' spread in all pixels, corrected by pixels sampled again; bias from a model, and from pixels
+ * traced. */
 #include "frame/error_estimate.h"
 
 #include "core/alloc.h"
@@ -22,13 +23,9 @@ static neph_bounded take_root(np_uncertain square) {
 
 /* ---- Noise ---- */
 
-/* Variance of stratified samples relative to independent ones: the mean ratio, and its standard deviation. */
-typedef struct evenness {
-  double share, deviation;
-} evenness;
-
-/* Paths: their many dimensions are not filled, 0.58 to 0.99 is left in five scenes. Marches: 0.26 to 0.7 in 14. */
-static const evenness march_evenness = {0.55, 0.4}, path_evenness = {0.85, 0.6};
+/* Variance of stratified samples relative to independent ones. Paths: their many dimensions are not filled, 0.58 to
+ * 0.99 is left in five scenes. Marches: 0.26 to 0.7 in 14. */
+static const np_uncertain march_evenness = {0.55, 0.4}, path_evenness = {0.85, 0.6};
 
 enum { PROBES_MIN = 8 };
 
@@ -54,13 +51,39 @@ static np_uncertain average(const np_error_probes *probes, unsigned count, measu
   return (np_uncertain){mean, sqrt(residual2 * n / fmax(n - 1.0, 1.0))};
 }
 
-static double get_noise(const np_error_probe *p) { return p->variance / (get_mean(p) * get_mean(p)); }
+static double get_noise(const np_error_probe *p) { return p->variance / (p->scale * p->scale); }
+
+static double get_spread(const np_error_probe *p) { return p->spread / (p->scale * p->scale); }
+
+/* Variance of the probes relative to that which their samples' spread has, and the standard deviation of this ratio. A
+ * rare bright path is in both. */
+static np_uncertain measure_evenness(const np_error_probes *probes) {
+  double noise = 0.0, spread = 0.0, residual2 = 0.0, n = 0.0;
+  for (unsigned i = 0; i < probes->count; i++) {
+    const np_error_probe *p = &probes->probe[i];
+    if (!(p->scale > probes->dim)) continue;
+    noise += p->share * get_noise(p);
+    spread += p->share * get_spread(p);
+    n += 1.0;
+  }
+  const double ratio = noise / spread;
+  for (unsigned i = 0; i < probes->count; i++) {
+    const np_error_probe *p = &probes->probe[i];
+    if (p->scale > probes->dim) residual2 += pow(p->share * (get_noise(p) - ratio * get_spread(p)) / spread, 2.0);
+  }
+  return (np_uncertain){ratio, sqrt(residual2 * n / fmax(n - 1.0, 1.0))};
+}
 
 /* Single samples have no spread. */
-static neph_bounded estimate_noise(const np_error_probes *probes, const evenness *left, double samples) {
-  if (probes->count >= PROBES_MIN) return take_root(average(probes, probes->count, get_noise));
-  if (samples < 2.0) return unknown;
-  return take_root((np_uncertain){left->share * probes->by_samples, left->deviation * probes->by_samples});
+static neph_bounded estimate_noise(const np_error_probes *probes, const np_uncertain *usual, double samples) {
+  const bool is_probed = probes->count >= PROBES_MIN;
+  if (samples < 2.0) return is_probed ? take_root(average(probes, probes->count, get_noise)) : unknown;
+  const np_uncertain all = probes->by_samples;
+  if (!(all.value > 0.0)) return (neph_bounded){0.0, 0.0, 0.0};
+  const np_uncertain measured = is_probed ? measure_evenness(probes) : *usual;
+  const np_uncertain left = isfinite(measured.value) ? measured : *usual;
+  return take_root(
+      (np_uncertain){left.value * all.value, hypot(left.deviation * all.value, left.value * all.deviation)});
 }
 
 /* ---- Bias ---- */

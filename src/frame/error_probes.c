@@ -2,6 +2,7 @@
 #include "frame/error_probes.h"
 
 #include "core/alloc.h"
+#include "image/image_error.h"
 
 static const double dim_of_mean = 0.01;
 
@@ -18,9 +19,10 @@ static double compute_dim(const np_frame *f) {
   return dim_of_mean * fmax(sum / (double)count_pixels(f), 0.0);
 }
 
-/* Mean and variance of the luminance over the 3 × 3 pixels around a pixel. */
+/* Mean and variance of the luminance over the 3 × 3 pixels around a pixel, and the mean without it, NaN if there is no
+ * other. */
 typedef struct surroundings {
-  double mean, variance;
+  double mean, variance, others;
 } surroundings;
 
 static surroundings measure_surroundings(const np_frame *f, size_t i) {
@@ -33,7 +35,13 @@ static surroundings measure_surroundings(const np_frame *f, size_t i) {
       squares += value * value;
       count += 1.0;
     }
-  return (surroundings){sum / count, fmax(squares / count - sum * sum / (count * count), 0.0)};
+  return (surroundings){sum / count, fmax(squares / count - sum * sum / (count * count), 0.0),
+                        (sum - (double)f->luminances[i].value) / (count - 1.0)};
+}
+
+static double compute_scale(const np_frame *f, size_t i) {
+  const np_pixel_luminance *l = &f->luminances[i];
+  return np_image_weigh_scale((double)l->value, measure_surroundings(f, i).others, sqrt((double)l->variance));
 }
 
 /* Limit of a guess, for dark pixels at bright edges, which few samples hit. */
@@ -48,14 +56,20 @@ static double guess_noise(const np_frame *f, double dim, size_t i) {
   return fmin(((double)l->variance + around.variance / fmax((double)l->count, 1.0)) / (level * level), guess_max);
 }
 
+/* A rare bright path is in the spread of the one pixel that it hit; relative to this pixel's value it counts as 1 at
+ * most, relative to the pixels around as much as it is brighter. */
 static void add_up(const np_frame *f, np_error_probes *probes) {
+  double sum = 0.0, squares = 0.0, count = 0.0;
   for (size_t i = 0; i < count_pixels(f); i++) {
-    const np_pixel_luminance *l = &f->luminances[i];
-    if (!((double)l->value > probes->dim)) continue;
-    probes->pixel_count += 1.0;
-    probes->by_samples += (double)l->variance / ((double)l->value * (double)l->value);
+    const double scale = compute_scale(f, i), square = (double)f->luminances[i].variance / (scale * scale);
+    if (!(scale > probes->dim)) continue;
+    sum += square;
+    squares += square * square;
+    count += 1.0;
   }
-  if (probes->pixel_count > 0.0) probes->by_samples /= probes->pixel_count;
+  probes->pixel_count = count;
+  if (count > 0.0)
+    probes->by_samples = (np_uncertain){sum / count, sqrt(fmax(squares - sum * sum / count, 0.0)) / count};
 }
 
 /* Chooses pixels by systematic sampling along the rows: half of the density is proportional to the expected noise,
@@ -75,6 +89,7 @@ static void choose(const np_frame *f, unsigned count, const float *guesses, np_e
           .at = {f->min[0] + (int)(i % f->width), f->min[1] + (int)(i / f->width)},
           .share = 1.0 / (chance * pixels * count),
           .count = (double)f->luminances[i].count,
+          .scale = compute_scale(f, i),
       };
   }
 }
@@ -92,7 +107,7 @@ static void put_traced_first(np_error_probes *probes, unsigned traced_count) {
 
 /* ---- Sampling ---- */
 
-typedef void take_fn(np_error_probe *probe, unsigned seed, double luminance);
+typedef void take_fn(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance);
 
 typedef struct probe_job {
   const np_frame *frame; /* a copy with another seed */
@@ -113,7 +128,8 @@ static neph_result sample_probes(void *user, size_t begin, size_t end, unsigned 
     neph_result result = np_frame_sample_pixel(job->frame, probe->at, job->begin + count, &p, numbers);
     if (result) return result;
     const np_spread spread = np_channels_get_spread(&job->frame->channels, numbers, count);
-    job->take(probe, job->seed, (double)np_frame_get_luminance(job->frame, &spread).value);
+    const np_pixel_luminance luminance = np_frame_get_luminance(job->frame, &spread);
+    job->take(probe, job->seed, &luminance);
   }
   return NEPH_OK;
 }
@@ -132,9 +148,10 @@ static neph_result sample_seeds(np_frame *copy, neph_render_desc *desc, unsigned
 }
 
 /* Samples one probe with one seed. `variance` accumulates squares until all seeds are done. */
-static void take_sample(np_error_probe *probe, unsigned seed, double luminance) {
-  probe->half[seed % 2] += luminance;
-  probe->variance += luminance * luminance;
+static void take_sample(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance) {
+  probe->half[seed % 2] += (double)luminance->value;
+  probe->variance += (double)luminance->value * (double)luminance->value;
+  probe->spread += (double)luminance->variance;
 }
 
 neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_error_probes *probes) {
@@ -147,13 +164,16 @@ neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_er
     np_error_probe *p = &probes->probe[i];
     const double mean = (p->half[0] + p->half[1]) / seed_count, n = seed_count;
     p->variance = fmax(p->variance / n - mean * mean, 0.0) * n / (n - 1.0);
+    p->spread /= n;
     for (int k = 0; k < 2; k++) p->half[k] *= 2.0 / n;
   }
   np_alloc_free(f->assembly->context, copy);
   return result;
 }
 
-static void take_traced(np_error_probe *probe, unsigned seed, double luminance) { probe->traced[seed] = luminance; }
+static void take_traced(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance) {
+  probe->traced[seed] = (double)luminance->value;
+}
 
 /* Turns a frame into one that the path tracer samples. Air and ground come from tables, as in the march: other stages
  * are not built. */

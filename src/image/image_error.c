@@ -167,23 +167,24 @@ static double get_reference_error(const planes *p, size_t i, double mean) {
   return p->reference_error && isfinite(p->reference_error[i]) ? p->reference_error[i] : 0.0;
 }
 
-/* Noise of the reference at which its pixel and the mean around it have equal weight in the scale. */
+/* Noise at which a pixel and the mean around it have equal weight in the scale. */
 static const double half_weight_noise = 0.05;
 
 /* Standard errors by which an isolated bright pixel exceeds the pixels around it. */
 static const double highlight_errors = 4.0;
 
-/* A noisy pixel is no scale for its own difference: the two are correlated, and squares over its square are far too
- * large where it is too dark (at noise of 35 % a bias of 3 % reads as 51 %). So noise moves the scale from the pixel to
- * the mean of those around it, which are independent of it. */
+double np_image_weigh_scale(double own, double around, double error) {
+  if (!(around > 0.0)) return own;
+  const double noise = error / around / half_weight_noise, weight = 1.0 / (1.0 + noise * noise);
+  return fmax(weight * own + (1.0 - weight) * around, own - highlight_errors * error);
+}
+
 static double compute_scale(const planes *p, unsigned x, unsigned y) {
   const size_t i = (size_t)y * p->width + x;
   const double own = p->reference[i];
   if (p->source == NEPH_NOISE_UNKNOWN || !isfinite(own)) return own;
-  const double around = average_around(p, x, y), error = get_reference_error(p, i, around);
-  if (!(around > 0.0)) return own;
-  const double noise = error / around / half_weight_noise, weight = 1.0 / (1.0 + noise * noise);
-  return fmax(weight * own + (1.0 - weight) * around, own - highlight_errors * error);
+  const double around = average_around(p, x, y);
+  return np_image_weigh_scale(own, around, get_reference_error(p, i, around));
 }
 
 static neph_result fill_scale(planes *p) {

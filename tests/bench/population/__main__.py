@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import tempfile
+from typing import NamedTuple
 
 import numpy
 
@@ -18,7 +19,15 @@ SEEDS = 4
 SAMPLES_FIRST = 32
 COVER_LEAST = 0.02  # mean opacity of clouds in a picture that shows some
 DIM = 0.01  # luminance over the picture's mean below which a pixel says nothing of relative errors
+HALF_WEIGHT_NOISE = 0.05  # noise at which a pixel and those around it have equal weight in the scale
 LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])  # of Rec. 709, ITU-R BT.709
+
+
+class Traced(NamedTuple):
+    """A picture by path: its luminance, the samples of a pixel, and the noise that it states."""
+    luminance: numpy.ndarray
+    samples: int
+    noise: float
 
 
 def import_clouds(nephos, scene, folder, name):
@@ -76,15 +85,17 @@ def choose_cache(options, folder, name):
 
 
 def render_reference(nephos, scene, stem, common, limit):
-    """Mean of the reference's regions, their relative standard errors, its CPU seconds, and the picture of each seed.
-    Samples double until the regions that see anything are resolved, or the limit on CPU seconds is reached."""
-    samples, seconds, sums, pictures, weight = SAMPLES_FIRST, 0.0, 0.0, 0.0, 0
+    """Mean of the reference's regions, their relative standard errors, its CPU seconds, the picture of each seed, and
+    the noise that pictures state and show. Samples double until the regions that see anything are resolved, or the
+    limit on CPU seconds is reached."""
+    samples, seconds, sums, pictures, weight, traced = SAMPLES_FIRST, 0.0, 0.0, 0.0, 0, []
     while True:
         parts = []
         for seed in range(SEEDS):
             picture, _, facts = render(nephos, scene, f"{stem}.path{samples}.{seed}.exr", *common, "--integrator", "path",
                                        "--samples", samples, "--set", f"render.seed={1000 * samples + seed}")
             parts.append(picture)
+            traced.append(Traced(picture @ LUMINANCE, samples, facts["noise"]))
             seconds += facts["cpu_seconds"]
         pictures = pictures + samples * numpy.stack(parts).astype(numpy.float64)
         sums = sums + samples * numpy.stack([compute_regions(part) for part in parts])
@@ -96,8 +107,33 @@ def render_reference(nephos, scene, stem, common, limit):
         is_seen = mean.max(1) > 1e-3 * mean.max()
         is_resolved = (error < SPREAD).all(1) & is_seen
         if is_resolved.sum() >= 0.85 * is_seen.sum() or 3.0 * seconds > limit:
-            return mean, error, is_resolved, is_seen, seconds, pictures / weight
+            return mean, error, is_resolved, is_seen, seconds, pictures / weight, compare_noise(traced)
         samples *= 2
+
+
+def compute_scale(mean, error):
+    """Luminance that a pixel's differences are relative to: where its own is noisy, that of the eight around it
+    (docs/error.md)."""
+    padded, one = numpy.pad(mean, 1), numpy.pad(numpy.ones_like(mean), 1)
+    shifts = [(slice(y, y + mean.shape[0]), slice(x, x + mean.shape[1])) for y in range(3) for x in range(3)]
+    around = (sum(padded[s] for s in shifts) - mean) / (sum(one[s] for s in shifts) - 1.0)
+    weight = 1.0 / (1.0 + (error / numpy.maximum(around, 1e-300) / HALF_WEIGHT_NOISE) ** 2)
+    return weight * mean + (1.0 - weight) * around
+
+
+def compare_noise(traced):
+    """Noise that each traced picture states, and that which it shows against the mean of all others."""
+    out = []
+    for own in traced:
+        others = [t for t in traced if t is not own]
+        weights = numpy.array([t.samples for t in others]) / sum(t.samples for t in others)
+        mean = sum(w * t.luminance for w, t in zip(weights, others))
+        variance = sum((w * (t.luminance - mean)) ** 2 for w, t in zip(weights, others)) * len(others) / (len(others) - 1)
+        scale = compute_scale(mean, numpy.sqrt(variance))
+        is_bright = scale > DIM * mean.mean()
+        square = (((own.luminance - mean) ** 2 - variance) / scale ** 2)[is_bright].mean()
+        out.append((own.noise, max(square, 0.0) ** 0.5))
+    return out
 
 
 def compare_pixels(marches, paths):
@@ -125,7 +161,8 @@ def measure(nephos, point, folder, name, options):
     predicted = json.loads(run(nephos, "render", scene, *size, "--explain", "--json", "-q")[0])["prediction"]
     march, cover, facts = render(nephos, scene, stem + ".march.exr", *common)
     again, _, _ = render(nephos, scene, stem + ".again.exr", *common, "--set", "render.seed=77")
-    reference, error, is_resolved, is_seen, seconds, paths = render_reference(nephos, scene, stem, common, options.limit)
+    reference, error, is_resolved, is_seen, seconds, paths, noise = render_reference(nephos, scene, stem, common,
+                                                                                     options.limit)
     first, second = compute_regions(march), compute_regions(again)
     with numpy.errstate(divide="ignore", invalid="ignore"):
         bias = (0.5 * (first + second) / reference - 1.0)[is_resolved]
@@ -134,7 +171,7 @@ def measure(nephos, point, folder, name, options):
         "name": name, "kinds": kinds, "bias": bias.tolist(), "error": error[is_resolved].tolist(),
         "place": numpy.flatnonzero(is_resolved).tolist(), "seen": int(is_seen.sum()),
         "true_bias": true_bias, "bias_bounds": bounds, "true_error": true_error,
-        "stated_bias": facts["bias"], "stated_error": facts["error"],
+        "path_noise": noise, "stated_bias": facts["bias"], "stated_error": facts["error"],
         "seconds": facts["seconds"], "predicted_seconds": predicted["seconds"],
         "bytes": facts["memory_bytes"], "predicted_bytes": predicted["bytes"],
         "bad": int((~numpy.isfinite(march) | (march < 0)).any(-1).sum()), "reference_seconds": seconds,

@@ -49,6 +49,7 @@ def is_error_right(r):
 
 
 def print_criteria(results, worst, out):
+    noise = [pair for r in results for pair in r["path_noise"]]
     shares = [
         ["regions within 6 %", f"{100 * numpy.mean(worst <= 0.06):.1f} %", "97 %"],
         ["regions beyond 15 %", int((worst > 0.15).sum()), "0"],
@@ -58,6 +59,8 @@ def print_criteria(results, worst, out):
          f"{100 * count_share(results, is_error_right):.0f} %", "85 %"],
         ["stated bias below half of a true one beyond 3 σ",
          sum(r["stated_bias"] < 0.5 * r["bias_bounds"][0] for r in results), "0"],
+        ["noise stated by path within 1.5 of what the picture shows",
+         f"{100 * count_share(noise, lambda pair: compute_ratio(*pair) <= 1.5):.0f} % of {len(noise)}", "92 %"],
         ["predicted seconds within 2",
          f"{100 * count_share(results, lambda r: compute_ratio(r['seconds'], r['predicted_seconds']) <= 2):.0f} %",
          "85 %"],
