@@ -46,7 +46,7 @@ static void measure(const light *l, uint32_t seed, double *out_true, double *out
   assert_int_equal(np_error_probes_choose(&frame, 0, &probes), NEPH_OK);
   assert_true(probes.pixel_count == PIXELS);
   *out_true = sqrt(sum / PIXELS);
-  *out_stated = sqrt(probes.by_samples.value);
+  *out_stated = sqrt(probes.by_spread.value);
 }
 
 /* One path in 20 000 makes nine tenths of the noise and more; relative to its own pixel each would count as 1. */

@@ -51,39 +51,55 @@ static np_uncertain average(const np_error_probes *probes, unsigned count, measu
   return (np_uncertain){mean, sqrt(residual2 * n / fmax(n - 1.0, 1.0))};
 }
 
-static double get_noise(const np_error_probe *p) { return p->variance / (p->scale * p->scale); }
+/* Means over pixels that may count, by the probes. */
+typedef struct probe_means {
+  double variance, by_spread; /* relative variance over seeds, and as the spread of samples states it */
+  double bright_share;        /* share of pixels whose scale is not too dark to count */
+} probe_means;
 
-static double get_spread(const np_error_probe *p) { return p->spread / (p->scale * p->scale); }
-
-/* Variance of the probes relative to that which their samples' spread has, and the standard deviation of this ratio. A
- * rare bright path is in both. */
-static np_uncertain measure_evenness(const np_error_probes *probes) {
-  double noise = 0.0, spread = 0.0, residual2 = 0.0, n = 0.0;
-  for (unsigned i = 0; i < probes->count; i++) {
-    const np_error_probe *p = &probes->probe[i];
-    if (!(p->scale > probes->dim)) continue;
-    noise += p->share * get_noise(p);
-    spread += p->share * get_spread(p);
-    n += 1.0;
-  }
-  const double ratio = noise / spread;
-  for (unsigned i = 0; i < probes->count; i++) {
-    const np_error_probe *p = &probes->probe[i];
-    if (p->scale > probes->dim) residual2 += pow(p->share * (get_noise(p) - ratio * get_spread(p)) / spread, 2.0);
-  }
-  return (np_uncertain){ratio, sqrt(residual2 * n / fmax(n - 1.0, 1.0))};
+static probe_means get_probe(const np_error_probes *probes, const np_error_probe *p) {
+  const bool is_bright = p->scale > probes->dim;
+  return (probe_means){is_bright ? p->variance / (p->scale * p->scale) : 0.0, p->by_spread, is_bright ? 1.0 : 0.0};
 }
 
-/* Single samples have no spread. */
+static probe_means average_probes(const np_error_probes *probes) {
+  probe_means sum = {0.0, 0.0, 0.0};
+  double shares = 0.0;
+  for (unsigned i = 0; i < probes->count; i++) {
+    const np_error_probe *p = &probes->probe[i];
+    const probe_means own = get_probe(probes, p);
+    shares += p->share;
+    sum.variance += p->share * own.variance;
+    sum.by_spread += p->share * own.by_spread;
+    sum.bright_share += p->share * own.bright_share;
+  }
+  return (probe_means){sum.variance / shares, sum.by_spread / shares, sum.bright_share / shares};
+}
+
+/* Probes know the share of variance that stratification leaves, and see with many seeds how dark a pixel beside a
+ * bright edge is; all pixels together meet rare bright paths that probes miss. So the estimate is that of the probes,
+ * and of what the spreads of all pixels state beyond the spreads of the probes' seeds the same share (difference
+ * estimator: Cochran 1977, eq. 7.11). */
+static np_uncertain measure_noise(const np_error_probes *probes) {
+  const probe_means mean = average_probes(probes);
+  const double n = probes->count, left = mean.by_spread > 0.0 ? fmin(mean.variance / mean.by_spread, 1.0) : 0.0;
+  double residual2 = 0.0;
+  for (unsigned i = 0; i < probes->count; i++) {
+    const probe_means own = get_probe(probes, &probes->probe[i]);
+    const double residual = own.variance - mean.variance - left * (own.by_spread - mean.by_spread);
+    residual2 += pow(probes->probe[i].share * residual, 2.0);
+  }
+  const double value = mean.variance + left * (probes->by_spread.value - mean.by_spread);
+  const double deviation = hypot(sqrt(residual2 * n / (n - 1.0)), left * probes->by_spread.deviation);
+  return (np_uncertain){fmax(value, 0.0) / mean.bright_share, deviation / mean.bright_share};
+}
+
 static neph_bounded estimate_noise(const np_error_probes *probes, const np_uncertain *usual, double samples) {
-  const bool is_probed = probes->count >= PROBES_MIN;
-  if (samples < 2.0) return is_probed ? take_root(average(probes, probes->count, get_noise)) : unknown;
-  const np_uncertain all = probes->by_samples;
-  if (!(all.value > 0.0)) return (neph_bounded){0.0, 0.0, 0.0};
-  const np_uncertain measured = is_probed ? measure_evenness(probes) : *usual;
-  const np_uncertain left = isfinite(measured.value) ? measured : *usual;
-  return take_root(
-      (np_uncertain){left.value * all.value, hypot(left.deviation * all.value, left.value * all.deviation)});
+  if (probes->count >= PROBES_MIN) return take_root(measure_noise(probes));
+  if (samples < 2.0) return unknown; /* single samples have no spread */
+  const double value = probes->by_spread.value / probes->bright_share,
+               deviation = probes->by_spread.deviation / probes->bright_share;
+  return take_root((np_uncertain){usual->value * value, hypot(usual->deviation * value, usual->value * deviation)});
 }
 
 /* ---- Bias ---- */

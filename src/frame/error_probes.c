@@ -39,11 +39,6 @@ static surroundings measure_surroundings(const np_frame *f, size_t i) {
                         (sum - (double)f->luminances[i].value) / (count - 1.0)};
 }
 
-static double compute_scale(const np_frame *f, size_t i) {
-  const np_pixel_luminance *l = &f->luminances[i];
-  return np_image_weigh_scale((double)l->value, measure_surroundings(f, i).others, sqrt((double)l->variance));
-}
-
 /* Limit of a guess, for dark pixels at bright edges, which few samples hit. */
 static const double guess_max = 4.0;
 
@@ -56,20 +51,33 @@ static double guess_noise(const np_frame *f, double dim, size_t i) {
   return fmin(((double)l->variance + around.variance / fmax((double)l->count, 1.0)) / (level * level), guess_max);
 }
 
-/* A rare bright path is in the spread of the one pixel that it hit; relative to this pixel's value it counts as 1 at
- * most, relative to the pixels around as much as it is brighter. */
+static double compute_scale(const np_pixel_luminance *l, double around) {
+  return np_image_weigh_scale((double)l->value, around, sqrt((double)l->variance));
+}
+
+/* Relative variance of a pixel as the spread of its samples states it; 0 where the scale is too dark to count. A rare
+ * bright path is in the spread of the one pixel that it hit: relative to this pixel's value it would count as 1 at
+ * most, relative to the pixels around it counts as much as it is brighter. */
+static double compute_by_spread(const np_pixel_luminance *l, double around, double dim) {
+  const double scale = compute_scale(l, around);
+  return scale > dim ? (double)l->variance / (scale * scale) : 0.0;
+}
+
 static void add_up(const np_frame *f, np_error_probes *probes) {
-  double sum = 0.0, squares = 0.0, count = 0.0;
+  double sum = 0.0, squares = 0.0, count = 0.0, bright_count = 0.0;
   for (size_t i = 0; i < count_pixels(f); i++) {
-    const double scale = compute_scale(f, i), square = (double)f->luminances[i].variance / (scale * scale);
-    if (!(scale > probes->dim)) continue;
+    const surroundings around = measure_surroundings(f, i);
+    const double square = compute_by_spread(&f->luminances[i], around.others, probes->dim);
+    if (!(around.mean > probes->dim)) continue;
+    count += 1.0;
+    bright_count += compute_scale(&f->luminances[i], around.others) > probes->dim;
     sum += square;
     squares += square * square;
-    count += 1.0;
   }
   probes->pixel_count = count;
-  if (count > 0.0)
-    probes->by_samples = (np_uncertain){sum / count, sqrt(fmax(squares - sum * sum / count, 0.0)) / count};
+  if (!(count > 0.0)) return;
+  probes->bright_share = bright_count / count;
+  probes->by_spread = (np_uncertain){sum / count, sqrt(fmax(squares - sum * sum / count, 0.0)) / count};
 }
 
 /* Chooses pixels by systematic sampling along the rows: half of the density is proportional to the expected noise,
@@ -84,12 +92,13 @@ static void choose(const np_frame *f, unsigned count, const float *guesses, np_e
     if (guesses[i] < 0.0f) continue;
     const double chance = all > 0.0 ? 0.5 / pixels + 0.5 * (double)guesses[i] / all : 1.0 / pixels;
     sum += chance;
+    const double around = measure_surroundings(f, i).others;
     for (; next < sum && probes->count < count; next += 1.0 / count)
       probes->probe[probes->count++] = (np_error_probe){
           .at = {f->min[0] + (int)(i % f->width), f->min[1] + (int)(i / f->width)},
           .share = 1.0 / (chance * pixels * count),
           .count = (double)f->luminances[i].count,
-          .scale = compute_scale(f, i),
+          .around = around,
       };
   }
 }
@@ -107,12 +116,13 @@ static void put_traced_first(np_error_probes *probes, unsigned traced_count) {
 
 /* ---- Sampling ---- */
 
-typedef void take_fn(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance);
+typedef void take_fn(np_error_probe *probe, unsigned seed, double dim, const np_pixel_luminance *luminance);
 
 typedef struct probe_job {
   const np_frame *frame; /* a copy with another seed */
   uint32_t begin, count; /* samples; a count of 0: as many as the frame took */
   unsigned seed;         /* its number */
+  double dim;
   take_fn *take;
   np_error_probe *probe;
 } probe_job;
@@ -129,7 +139,7 @@ static neph_result sample_probes(void *user, size_t begin, size_t end, unsigned 
     if (result) return result;
     const np_spread spread = np_channels_get_spread(&job->frame->channels, numbers, count);
     const np_pixel_luminance luminance = np_frame_get_luminance(job->frame, &spread);
-    job->take(probe, job->seed, &luminance);
+    job->take(probe, job->seed, job->dim, &luminance);
   }
   return NEPH_OK;
 }
@@ -148,30 +158,34 @@ static neph_result sample_seeds(np_frame *copy, neph_render_desc *desc, unsigned
 }
 
 /* Samples one probe with one seed. `variance` accumulates squares until all seeds are done. */
-static void take_sample(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance) {
+static void take_sample(np_error_probe *probe, unsigned seed, double dim, const np_pixel_luminance *luminance) {
   probe->half[seed % 2] += (double)luminance->value;
   probe->variance += (double)luminance->value * (double)luminance->value;
-  probe->spread += (double)luminance->variance;
+  probe->by_spread += compute_by_spread(luminance, probe->around, dim);
 }
 
 neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_error_probes *probes) {
   neph_render_desc desc;
   np_frame *copy = np_frame_copy_for_luminance(f, &desc);
   if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
-  probe_job job = {.frame = copy, .begin = f->desc->sample_begin, .take = take_sample, .probe = probes->probe};
+  probe_job job = {
+      .frame = copy, .begin = f->desc->sample_begin, .take = take_sample, .probe = probes->probe, .dim = probes->dim};
   neph_result result = sample_seeds(copy, &desc, 0, seed_count, probes->count, &job);
   for (unsigned i = 0; i < probes->count; i++) {
     np_error_probe *p = &probes->probe[i];
     const double mean = (p->half[0] + p->half[1]) / seed_count, n = seed_count;
     p->variance = fmax(p->variance / n - mean * mean, 0.0) * n / (n - 1.0);
-    p->spread /= n;
+    p->by_spread /= n;
+    /* A dark pixel beside a bright edge is as dark as its seeds say, a bright one may have met a rare path. */
+    p->scale = fmin(np_image_weigh_scale(mean, p->around, sqrt(p->variance / n)), mean);
     for (int k = 0; k < 2; k++) p->half[k] *= 2.0 / n;
   }
   np_alloc_free(f->assembly->context, copy);
   return result;
 }
 
-static void take_traced(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance) {
+static void take_traced(np_error_probe *probe, unsigned seed, double dim, const np_pixel_luminance *luminance) {
+  (void)dim;
   probe->traced[seed] = (double)luminance->value;
 }
 

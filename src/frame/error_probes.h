@@ -15,9 +15,10 @@ typedef struct np_error_probe {
   int at[2];
   double share;     /* share of all pixels that may count: 1/(K·N·p), p the chance that this one was chosen */
   double count;     /* samples that the frame took */
-  double scale;     /* luminance that differences are relative to */
+  double around;    /* mean of the frame's pixels around; NaN if there are none */
   double variance;  /* variance of the frame's value over seeds */
-  double spread;    /* the same as the spread of the samples has it: mean over seeds */
+  double scale;     /* luminance that it is relative to, by all seeds */
+  double by_spread; /* relative variance as the spread of one seed's samples states it: mean over seeds */
   double half[2];   /* means over the even and the odd of the seeds */
   double traced[2]; /* the tracer's values, with two seeds */
 } np_error_probe;
@@ -25,8 +26,9 @@ typedef struct np_error_probe {
 typedef struct np_error_probes {
   unsigned count, traced_count; /* numbers of probes, and of the first ones that the path tracer has sampled */
   double dim;                   /* a hundredth of the frame's mean luminance */
-  double pixel_count;           /* pixels whose scale is above `dim` */
-  np_uncertain by_samples;      /* mean square of the relative standard errors, as of independent samples */
+  double pixel_count;           /* pixels that may count: the mean of the 3 × 3 is above `dim` */
+  double bright_share;          /* share of these whose scale is above `dim` */
+  np_uncertain by_spread; /* mean over the pixels that may count of the relative variance that their spread states */
   np_error_probe *probe;
 } np_error_probes;
 
