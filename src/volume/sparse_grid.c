@@ -7,6 +7,7 @@
 
 #include "core/alloc.h"
 #include "core/half.h"
+#include "core/parallel.h"
 #include "core/hash.h"
 
 neph_result np_sparse_grid_init(neph_context *context, const char *name, np_sparse_grid *out_grid) {
@@ -52,6 +53,13 @@ np_leaf *np_sparse_grid_add_leaf(np_sparse_grid *grid, const int32_t origin[3]) 
   memset(leaf, 0, sizeof *leaf);
   memcpy(leaf->origin, origin, sizeof leaf->origin);
   return leaf;
+}
+
+np_leaf *np_sparse_grid_add_leaves(np_sparse_grid *grid, size_t count) {
+  const size_t first = grid->leaf_count;
+  if (np_sparse_grid_reserve(grid, first + count, grid->tile_capacity)) return NULL;
+  grid->leaf_count += count;
+  return grid->leaves + first;
 }
 
 np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value,
@@ -174,9 +182,43 @@ static void extend_by_leaf(np_grid_extent *extent, const np_leaf *leaf) {
   extend_by_values(extent, leaf);
 }
 
+static const np_grid_extent no_extent = {
+    {INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}, INFINITY, -INFINITY};
+
+enum { EXTENT_PIECES = 64 };
+
+typedef struct extent_job {
+  const np_sparse_grid *grid;
+  np_grid_extent extents[EXTENT_PIECES]; /* one for each piece of the leaves */
+} extent_job;
+
+static neph_result measure_pieces(void *user, size_t begin, size_t end, unsigned thread) {
+  extent_job *job = user;
+  const size_t count = job->grid->leaf_count;
+  (void)thread;
+  for (size_t piece = begin; piece < end; piece++) {
+    np_grid_extent extent = no_extent;
+    for (size_t i = piece * count / EXTENT_PIECES; i < (piece + 1) * count / EXTENT_PIECES; i++)
+      extend_by_leaf(&extent, &job->grid->leaves[i]);
+    job->extents[piece] = extent;
+  }
+  return NEPH_OK;
+}
+
+static np_grid_extent measure_leaves(const np_sparse_grid *grid) {
+  extent_job job = {.grid = grid};
+  np_grid_extent extent = no_extent;
+  if (grid->leaf_count) (void)np_parallel_for(grid->context, NULL, EXTENT_PIECES, 1, measure_pieces, &job);
+  for (int piece = 0; piece < EXTENT_PIECES && grid->leaf_count; piece++) {
+    extend_by_box(&extent, job.extents[piece].min, job.extents[piece].max);
+    extent.value_min = fminf(extent.value_min, job.extents[piece].value_min);
+    extent.value_max = fmaxf(extent.value_max, job.extents[piece].value_max);
+  }
+  return extent;
+}
+
 bool np_sparse_grid_measure(const np_sparse_grid *grid, np_grid_extent *out_extent) {
-  np_grid_extent extent = {{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}, INFINITY, -INFINITY};
-  for (size_t i = 0; i < grid->leaf_count; i++) extend_by_leaf(&extent, &grid->leaves[i]);
+  np_grid_extent extent = measure_leaves(grid);
   for (size_t i = 0; i < grid->tile_count; i++) {
     const np_tile *tile = &grid->tiles[i];
     int32_t last = tile->edge - 1;

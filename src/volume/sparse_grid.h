@@ -69,6 +69,10 @@ neph_result np_sparse_grid_reserve(np_sparse_grid *grid, size_t leaf_count, size
 
 /* Appends a leaf, zeroed but for its origin; NULL if out of memory. */
 np_leaf *np_sparse_grid_add_leaf(np_sparse_grid *grid, const int32_t origin[3]);
+
+/* Appends leaves for the caller to fill, in any order and on any thread; NULL if out of memory. */
+np_leaf *np_sparse_grid_add_leaves(np_sparse_grid *grid, size_t count);
+
 np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value,
                                  bool is_active);
 

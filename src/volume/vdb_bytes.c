@@ -71,30 +71,27 @@ void np_vdb_bytes_fail(np_vdb_bytes *bytes, const char *format, ...) {
 
 static const char *get_kind(const np_vdb_bytes *bytes) { return bytes->memory ? "buffer" : "file"; }
 
-static void fail_at_end(np_vdb_bytes *bytes, uint64_t count) {
-  if (bytes->result) return;
-  bytes->result =
-      np_fail(bytes->context, NEPH_ERROR_BAD_FILE,
-              "%s: %s%s%sthe %s ends at byte %lld, and %llu bytes from byte %lld on are needed: it is truncated or "
-              "damaged",
-              bytes->path, bytes->grid ? "grid '" : "", bytes->grid ? bytes->grid : "", bytes->grid ? "': " : "",
-              get_kind(bytes), (long long)bytes->size, (unsigned long long)count, (long long)bytes->position);
+static neph_result fail_at_end(const np_vdb_bytes *bytes, int64_t position, uint64_t count) {
+  return np_fail(bytes->context, NEPH_ERROR_BAD_FILE,
+                 "%s: %s%s%sthe %s ends at byte %lld, and %llu bytes from byte %lld on are needed: it is truncated or "
+                 "damaged",
+                 bytes->path, bytes->grid ? "grid '" : "", bytes->grid ? bytes->grid : "", bytes->grid ? "': " : "",
+                 get_kind(bytes), (long long)bytes->size, (unsigned long long)count, (long long)position);
 }
 
 /* ---- Reading ---- */
 
-/* Reads `count` bytes from the file. Returns false, with a message, if that fails or the file has become shorter. */
-static bool move_bytes(np_vdb_bytes *bytes, int64_t position, unsigned char *out, size_t count) {
+/* Reads `count` bytes from the file; the file may have become shorter. */
+static neph_result move_bytes(const np_vdb_bytes *bytes, int64_t position, unsigned char *out, size_t count) {
   for (size_t done = 0; done < count;) {
     const ssize_t moved = pread(bytes->file, out + done, count - done, position + (int64_t)done);
     if (moved < 0 && errno == EINTR) continue;
     if (moved < 0)
-      bytes->result = np_fail(bytes->context, NEPH_ERROR_IO, "%s: cannot be read: %s", bytes->path, strerror(errno));
-    if (moved == 0) fail_at_end(bytes, count);
-    if (moved <= 0) return false;
+      return np_fail(bytes->context, NEPH_ERROR_IO, "%s: cannot be read: %s", bytes->path, strerror(errno));
+    if (moved == 0) return fail_at_end(bytes, position, count);
     done += (size_t)moved;
   }
-  return true;
+  return NEPH_OK;
 }
 
 static bool is_in_window(const np_vdb_bytes *bytes, uint64_t count) {
@@ -106,13 +103,14 @@ static bool move_window(np_vdb_bytes *bytes) {
   const int64_t left = bytes->size - bytes->position;
   bytes->window_begin = bytes->position;
   bytes->window_count = left < NP_VDB_WINDOW_BYTES ? left : NP_VDB_WINDOW_BYTES;
-  if (move_bytes(bytes, bytes->position, bytes->window, (size_t)bytes->window_count)) return true;
-  bytes->window_count = 0;
-  return false;
+  bytes->result = move_bytes(bytes, bytes->position, bytes->window, (size_t)bytes->window_count);
+  if (bytes->result) bytes->window_count = 0;
+  return !bytes->result;
 }
 
 static bool has_bytes(np_vdb_bytes *bytes, uint64_t count) {
-  if (!bytes->result && count > (uint64_t)(bytes->size - bytes->position)) fail_at_end(bytes, count);
+  if (!bytes->result && count > (uint64_t)(bytes->size - bytes->position))
+    bytes->result = fail_at_end(bytes, bytes->position, count);
   return !bytes->result;
 }
 
@@ -136,13 +134,20 @@ void np_vdb_bytes_read(np_vdb_bytes *bytes, void *out, uint64_t count) {
   else if (is_read && is_in_window(bytes, count))
     memcpy(out, bytes->window + (bytes->position - bytes->window_begin), count);
   else if (is_read && count > NP_VDB_WINDOW_BYTES)
-    is_read = move_bytes(bytes, bytes->position, out, count);
+    is_read = !(bytes->result = move_bytes(bytes, bytes->position, out, count));
   else if (is_read && (is_read = move_window(bytes)))
     memcpy(out, bytes->window, count);
   if (is_read)
     bytes->position += (int64_t)count;
   else
     memset(out, 0, count);
+}
+
+neph_result np_vdb_bytes_read_apart(const np_vdb_bytes *bytes, int64_t position, void *out, size_t count) {
+  if (count > (uint64_t)(bytes->size - position)) return fail_at_end(bytes, position, count);
+  if (!bytes->memory) return move_bytes(bytes, position, out, count);
+  memcpy(out, bytes->memory + position, count);
+  return NEPH_OK;
 }
 
 uint8_t np_vdb_bytes_read_u8(np_vdb_bytes *bytes) {

@@ -34,6 +34,10 @@ void np_vdb_bytes_open_memory(neph_context *context, const char *name, const voi
 void np_vdb_bytes_seek(np_vdb_bytes *bytes, int64_t position);
 void np_vdb_bytes_skip(np_vdb_bytes *bytes, uint64_t count);
 void np_vdb_bytes_read(np_vdb_bytes *bytes, void *out, uint64_t count);
+
+/* Reads beside the position, which stays: from any thread. A failure is logged and returned, and does not stay. */
+neph_result np_vdb_bytes_read_apart(const np_vdb_bytes *bytes, int64_t position, void *out, size_t count);
+
 uint8_t np_vdb_bytes_read_u8(np_vdb_bytes *bytes);
 uint32_t np_vdb_bytes_read_u32(np_vdb_bytes *bytes);
 int64_t np_vdb_bytes_read_i64(np_vdb_bytes *bytes);

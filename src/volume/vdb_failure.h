@@ -11,6 +11,8 @@
 #include <stdexcept>
 
 #include <openvdb/Exceptions.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include "core/text_copy.h"
@@ -73,6 +75,14 @@ neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_co
 /* Runs on the calling thread alone. */
 template <typename Work> neph_result guarded(np_vdb_error *error, Direction direction, const Work &work) noexcept {
   return guarded(error, direction, 1, work);
+}
+
+/* Calls `work` with [begin, end) for pieces of `grain` of `count` items, on the threads that `guarded` allows. */
+template <typename Work> void run_pieces(std::size_t count, std::size_t grain, const Work &work) {
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, count, grain),
+      [&](const tbb::blocked_range<std::size_t> &piece) { work(piece.begin(), piece.end()); },
+      tbb::simple_partitioner());
 }
 
 } /* namespace np_vdb */

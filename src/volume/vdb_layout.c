@@ -23,6 +23,7 @@ typedef struct grid_header {
   np_vdb_storage storage;
   bool is_instance; /* has no tree: it shares the tree of another grid */
   int64_t end;      /* position at which the tree must end */
+  np_vdb_tree_place tree;
 } grid_header;
 
 struct np_vdb_layout {
@@ -193,10 +194,15 @@ static void read_header(np_vdb_layout *layout, np_vdb_grid_place *place, grid_he
 
 static void check_tree(np_vdb_layout *layout, size_t index) {
   np_vdb_bytes *bytes = layout->bytes;
-  const grid_header *header = &layout->headers[index];
+  grid_header *header = &layout->headers[index];
+  np_vdb_grid_place *place = &layout->places[index];
   bytes->grid = header->name;
-  np_vdb_bytes_seek(bytes, layout->places[index].topology);
-  np_vdb_tree_check(bytes, layout->module, layout->monitor, header->storage, &layout->places[index].buffers);
+  np_alloc_free(bytes->context, header->tree.leaves);
+  np_vdb_bytes_seek(bytes, place->topology);
+  np_vdb_tree_check(bytes, layout->module, layout->monitor, header->storage, &header->tree);
+  place->buffers = header->tree.buffers;
+  place->leaf_count = header->tree.leaf_count;
+  place->leaves = header->tree.leaves;
   if (bytes->position > header->end)
     np_vdb_bytes_fail(bytes, "its tree runs beyond byte %lld, which it says is its end", (long long)header->end);
 }
@@ -271,6 +277,10 @@ static neph_result read_bytes(void *user, int64_t position, void *out, size_t co
   return bytes->result;
 }
 
+static neph_result read_bytes_apart(void *user, int64_t position, void *out, size_t count) {
+  return np_vdb_bytes_read_apart(((np_vdb_layout *)user)->bytes, position, out, count);
+}
+
 static neph_result check_stored_tree(void *user, size_t index, int is_half) {
   np_vdb_layout *layout = user;
   layout->bytes->result = NEPH_OK; /* clears the failure of another grid */
@@ -288,7 +298,8 @@ neph_result np_vdb_layout_open(np_vdb_bytes *bytes, const np_vdb_module *module,
   layout->bytes = bytes;
   layout->module = module;
   layout->monitor = monitor;
-  layout->source = (np_vdb_source){.user = layout, .read = read_bytes, .check_tree = check_stored_tree};
+  layout->source = (np_vdb_source){
+      .user = layout, .read = read_bytes, .read_apart = read_bytes_apart, .check_tree = check_stored_tree};
   layout->source.size = bytes->size;
   read_file_header(layout);
   read_grids(layout);
@@ -303,6 +314,7 @@ neph_result np_vdb_layout_open(np_vdb_bytes *bytes, const np_vdb_module *module,
 void np_vdb_layout_close(np_vdb_layout *layout) {
   if (!layout) return;
   neph_context *context = layout->bytes->context;
+  for (size_t i = 0; i < layout->source.grid_count; i++) np_alloc_free(context, layout->headers[i].tree.leaves);
   np_alloc_free(context, layout->places);
   np_alloc_free(context, layout->headers);
   np_alloc_free(context, layout);

@@ -3,7 +3,11 @@
 #ifndef NP_VOLUME_VDB_READING_H
 #define NP_VOLUME_VDB_READING_H
 
+#include <algorithm>
+#include <cstring>
+#include <numeric>
 #include <type_traits>
+#include <vector>
 
 #include <openvdb/io/Compression.h>
 #include <openvdb/tools/Composite.h>
@@ -48,21 +52,20 @@ template <typename Number> float get_component(const openvdb::math::Vec3<Number>
   return static_cast<float>(value[component]);
 }
 
-/* Adds a leaf without its values. */
-template <typename LeafType> np_leaf *add_leaf_to(const np_vdb_sink &sink, const LeafType &leaf) {
+/* Origin and active voxels of a leaf. */
+template <typename LeafType> void fill_topology(const LeafType &leaf, np_leaf &out) {
   static_assert(LeafType::SIZE == NP_LEAF_SIZE, "leaves of 8³ voxels in the same order");
-  const openvdb::Coord origin = leaf.origin();
-  np_leaf *out = sink.add_leaf(sink.grid, origin.data());
-  check_room(out);
+  std::memcpy(out.origin, leaf.origin().data(), sizeof out.origin);
   for (openvdb::Index word = 0; word < 8; word++)
-    out->active[word] = leaf.getValueMask().template getWord<openvdb::Index64>(word);
-  return out;
+    out.active[word] = leaf.getValueMask().template getWord<openvdb::Index64>(word);
 }
 
 template <typename LeafType> void copy_leaf(const LeafType &leaf, int component, const np_vdb_sink &sink) {
   const auto *values = leaf.buffer().data();
-  float *out = add_leaf_to(sink, leaf)->values;
-  for (int n = 0; n < NP_LEAF_SIZE; n++) out[n] = get_component(values[n], component);
+  np_leaf *const out = sink.add_leaf(sink.grid, leaf.origin().data());
+  check_room(out);
+  fill_topology(leaf, *out);
+  for (int n = 0; n < NP_LEAF_SIZE; n++) out->values[n] = get_component(values[n], component);
 }
 
 inline bool is_same(float a, float b) { return a == b || (a != a && b != b); }
@@ -105,20 +108,51 @@ inline void read_leaf(std::istream &stream, const LeafType &leaf, bool is_half, 
   }
 }
 
-/* Reads the buffers of a tree, in the order of its leaves. The stream must be at the end of the topology. */
+/* Place of each leaf among all, sorted by origin as a sparse grid has them. */
+template <typename LeafType> inline std::vector<std::size_t> sort_leaves(const std::vector<const LeafType *> &leaves) {
+  std::vector<std::size_t> order(leaves.size()), places(leaves.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return leaves[a]->origin() < leaves[b]->origin(); });
+  for (std::size_t n = 0; n < order.size(); n++) places[order[n]] = n;
+  return places;
+}
+
+/* Reads the buffers of a tree on all threads, straight to their sorted places: each piece of leaves is a stretch of the
+ * file, and a stream of its own. */
 template <typename TreeType>
-inline void read_buffers(np_vdb_file &file, const TreeType &tree, bool is_half, int component,
-                         const np_vdb_sink &sink) {
-  check_result(sink.reserve(sink.grid, tree.leafCount(), 0));
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
-    read_leaf(file.stream, *leaf, is_half, component, add_leaf_to(sink, *leaf)->values);
+inline void read_buffers(np_vdb_file &file, const np_vdb_grid_place &place, const TreeType &tree, bool is_half,
+                         int component, const np_vdb_sink &sink) {
+  constexpr std::size_t piece_leaves = 256;
+  std::vector<const typename TreeType::LeafNodeType *> leaves;
+  leaves.reserve(tree.leafCount());
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) leaves.push_back(leaf.getLeaf());
+  if (leaves.size() != place.leaf_count)
+    throw Failure{NEPH_ERROR_BAD_FILE, "a grid has leaves that OpenVDB counts differently: it is damaged"};
+  const std::vector<std::size_t> places = sort_leaves(leaves);
+  np_leaf *const out = leaves.empty() ? nullptr : sink.add_leaves(sink.grid, leaves.size());
+  if (!leaves.empty()) check_room(out);
+  run_pieces(leaves.size(), piece_leaves, [&](std::size_t begin, std::size_t end) {
+    file.canceller.poll();
+    std::vector<char> bytes(static_cast<std::size_t>(place.leaves[end] - place.leaves[begin]));
+    check_result(file.source.read_apart(file.source.user, place.leaves[begin], bytes.data(), bytes.size()));
+    MemoryBuffer buffer(bytes.data(), bytes.size());
+    std::istream stream(&buffer);
+    stream.copyfmt(file.stream); /* version, compression and exceptions */
+    for (std::size_t n = begin; n < end; n++) {
+      np_leaf &leaf = out[places[n]];
+      fill_topology(*leaves[n], leaf);
+      read_leaf(stream, *leaves[n], is_half, component, leaf.values);
+    }
+  });
 }
 
 template <typename GridType>
-inline void read_if(np_vdb_file &file, const openvdb::GridBase::Ptr &grid, int component, const np_vdb_sink &sink) {
+inline void read_if(np_vdb_file &file, const np_vdb_grid_place &place, const openvdb::GridBase::Ptr &grid,
+                    int component, const np_vdb_sink &sink) {
   if (!is_grid<GridType>(*grid)) return;
   const auto &tree = openvdb::gridPtrCast<GridType>(grid)->tree();
-  read_buffers(file, tree, grid->saveFloatAsHalf(), component, sink);
+  read_buffers(file, place, tree, grid->saveFloatAsHalf(), component, sink);
   copy_tiles(tree, component, sink, file.canceller);
 }
 
@@ -207,10 +241,11 @@ inline void read_plain(np_vdb_file &file, const np_vdb_request &request, const n
   const Entry &entry = file.entries[request.indices[0]];
   const openvdb::GridBase::Ptr grid = read_tree(file, entry, Part::topology);
   if (entry.is_affine) std::memcpy(sink.grid->index_to_world.m, entry.index_to_world, sizeof entry.index_to_world);
-  read_if<openvdb::FloatGrid>(file, grid, request.component, sink);
-  read_if<openvdb::DoubleGrid>(file, grid, request.component, sink);
-  read_if<openvdb::Vec3SGrid>(file, grid, request.component, sink);
-  read_if<openvdb::Vec3DGrid>(file, grid, request.component, sink);
+  const np_vdb_grid_place &place = file.source.places[entry.owner];
+  read_if<openvdb::FloatGrid>(file, place, grid, request.component, sink);
+  read_if<openvdb::DoubleGrid>(file, place, grid, request.component, sink);
+  read_if<openvdb::Vec3SGrid>(file, place, grid, request.component, sink);
+  read_if<openvdb::Vec3DGrid>(file, place, grid, request.component, sink);
   *out_tree_bytes = grid->memUsage();
 }
 

@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 14u
+#define NP_VDB_MODULE_VERSION 15u
 
 /* Blind data of a .nvdb grid that hold the metadata of a .vdb grid: names and texts, each ended by a zero byte. */
 #define NP_NVDB_ATTRIBUTES_NAME "nephos:metadata"
@@ -57,7 +57,11 @@ typedef struct np_vdb_grid_size {
 /* File positions of the parts of a grid. */
 typedef struct np_vdb_grid_place {
   int64_t descriptor, begin, topology;
-  int64_t buffers; /* position of the values in the file, valid after the tree was checked */
+  /* Valid after the tree was checked: the position of the values in the file; those of each leaf in OpenVDB's order,
+   * and the end of the last, NULL where leaves hold no values. */
+  int64_t buffers;
+  size_t leaf_count;
+  const int64_t *leaves;
 } np_vdb_grid_place;
 
 /* A file whose header and grid headers are checked: all reads go through it. */
@@ -68,9 +72,10 @@ typedef struct np_vdb_source {
   int64_t metadata; /* position of the file's metadata */
   size_t grid_count;
   const np_vdb_grid_place *places;
-  /* Both log their failures. `check_tree` is called before a tree or its topology is read. It cannot check buffers of
-   * points, which must not be read. */
+  /* All log their failures. `read_apart` may be called from any thread, beside all others. `check_tree` is called
+   * before a tree or its topology is read. It cannot check buffers of points, which must not be read. */
   neph_result (*read)(void *user, int64_t position, void *out, size_t count);
+  neph_result (*read_apart)(void *user, int64_t position, void *out, size_t count);
   neph_result (*check_tree)(void *user, size_t index, int is_half);
 } np_vdb_source;
 
@@ -95,6 +100,7 @@ typedef struct np_vdb_sink {
   np_sparse_grid *grid; /* initialised and empty */
   neph_result (*reserve)(np_sparse_grid *, size_t leaf_count, size_t tile_count);
   np_leaf *(*add_leaf)(np_sparse_grid *, const int32_t origin[3]);
+  np_leaf *(*add_leaves)(np_sparse_grid *, size_t count);
   np_tile *(*add_tile)(np_sparse_grid *, const int32_t origin[3], int32_t edge, float value, bool is_active);
 } np_vdb_sink;
 

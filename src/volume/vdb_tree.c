@@ -38,6 +38,7 @@ typedef struct walk {
   size_t child_count, child_capacity;
   uint16_t *active_counts; /* active voxels of each leaf, in the order of the topology */
   size_t leaf_count, leaf_capacity;
+  int64_t *places;      /* position of each leaf's values, and the end of the last; NULL: leaves without values */
   unsigned char *chunk; /* buffer for one decompressed chunk */
   size_t chunk_capacity;
 } walk;
@@ -242,19 +243,31 @@ static void check_leaf_buffers(walk *w, uint32_t active_count) {
 }
 
 static void check_buffers(walk *w) {
+  size_t done = 0;
+  if (w->storage.type->leaf == NP_VDB_LEAF_VALUES)
+    w->places = np_alloc(w->bytes->context, w->leaf_count + 1, sizeof *w->places);
+  if (w->storage.type->leaf == NP_VDB_LEAF_VALUES && !w->places) w->bytes->result = NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; i < w->child_count; i++) {
     const root_child *child = &w->children[i];
-    for (size_t n = 0; n < child->leaf_count && !has_failed(w); n++)
+    for (size_t n = 0; n < child->leaf_count && !has_failed(w); n++) {
+      if (w->places) w->places[done++] = w->bytes->position;
       check_leaf_buffers(w, w->active_counts[child->first_leaf + n]);
+    }
   }
+  if (w->places) w->places[done] = w->bytes->position;
 }
 
 void np_vdb_tree_check(np_vdb_bytes *bytes, const np_vdb_module *module, np_monitor *monitor, np_vdb_storage storage,
-                       int64_t *out_buffers) {
+                       np_vdb_tree_place *out_place) {
   walk w = {.bytes = bytes, .module = module, .monitor = monitor, .storage = storage};
   check_topology(&w);
-  *out_buffers = bytes->position;
+  const int64_t buffers = bytes->position;
   if (storage.type->leaf != NP_VDB_LEAF_POINTS) check_buffers(&w);
+  *out_place = (np_vdb_tree_place){buffers, w.leaf_count, w.places};
+  if (bytes->result) {
+    np_alloc_free(bytes->context, w.places);
+    *out_place = (np_vdb_tree_place){0};
+  }
   np_alloc_free(bytes->context, w.children);
   np_alloc_free(bytes->context, w.active_counts);
   np_alloc_free(bytes->context, w.chunk);

@@ -34,10 +34,18 @@ typedef struct np_vdb_storage {
 
 enum { NP_VDB_ZIP = 1, NP_VDB_ACTIVE_MASK = 2, NP_VDB_BLOSC = 4 };
 
+/* Positions of the parts of a tree in the file. */
+typedef struct np_vdb_tree_place {
+  int64_t buffers;
+  size_t leaf_count;
+  int64_t *leaves; /* values of each leaf, in the order of the buffers, and the end of the last; NULL: leaves without
+                      values. The caller frees it by np_alloc_free. */
+} np_vdb_tree_place;
+
 /* Checks a tree from the current position, and moves to its end (for points, to the end of the topology). A failure is
- * in bytes->result. */
+ * in bytes->result; `out_place` is then empty. */
 void np_vdb_tree_check(np_vdb_bytes *bytes, const np_vdb_module *module, np_monitor *monitor, np_vdb_storage storage,
-                       int64_t *out_buffers);
+                       np_vdb_tree_place *out_place);
 
 /* Checks the header of a Blosc block that must hold `count` bytes, and skips the block. */
 void np_vdb_blosc_check(np_vdb_bytes *bytes, uint64_t block_bytes, uint64_t count);

@@ -33,7 +33,8 @@ struct np_volume_format {
 };
 
 static inline np_vdb_sink np_vdb_sink_make(np_sparse_grid *grid) {
-  return (np_vdb_sink){grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_tile};
+  return (np_vdb_sink){grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_leaves,
+                       np_sparse_grid_add_tile};
 }
 
 extern const np_volume_format np_vdb_format, np_nvdb_format, np_netcdf_format;

@@ -26,7 +26,7 @@ static const char field[] =
 /* An edit of one key, there and back. */
 typedef struct edit {
   const char *name, *key, *values[2];
-  double goal_s; /* wall seconds that are asked */
+  double goal_s; /* goal for the seconds of the wall */
 } edit;
 
 static const edit edits[] = {
