@@ -52,11 +52,11 @@ static void groups_add_up_to_the_picture(void **state) {
   set(f, "render.multiple_scattering", "ordinates");
 }
 
-/* Both ways of the air agree on the parts: 4 %, the noise of 10240 paths and light that clouds and hills send into the
+/* Both ways of the air agree on the parts: 4 %, the noise of 40960 paths and light that clouds and hills send into the
  * air, of which tables know little. */
 static void both_ways_agree_on_the_parts(void **state) {
   fixture *f = *state;
-  set(f, "render.samples", "16");
+  set(f, "render.samples", "64");
   neph_image *march = render_layers(f, "march", "[lights]");
   neph_image *path = render_layers(f, "path", "[lights]");
   assert_near_relative(get_mean(path, "light_sun.G"), get_mean(march, "light_sun.G"), 0.04);

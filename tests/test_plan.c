@@ -222,7 +222,9 @@ static void test_sun_volume_is_filled_where_it_pays(void **state) {
   assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1, sun_optical_depth: volume}",
                     true, "render.sun_optical_depth is volume");
   assert_sun_volume(*state, BAKE "sun: {angular_radius: 2 deg}", false, "its disk is marched for");
-  assert_sun_volume(*state, BAKE "render: {integrator: path}", false, "paths sample");
+  assert_sun_volume(*state, BAKE "camera: {resolution: [960, 540]}\nrender: {integrator: path}", true,
+                    "filling it takes");
+  assert_sun_volume(*state, BAKE "camera: {resolution: [4, 4]}\nrender: {integrator: path}", false, "filling it takes");
   assert_sun_volume(*state, "version: 1", false, "no clouds");
 }
 

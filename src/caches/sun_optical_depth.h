@@ -76,6 +76,9 @@ typedef struct np_sun_optical_depth_desc {
 #define NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT                                                                              \
   { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
 
+/* Error of e^{−depth}, in tolerances, above which a cell has no nodes. */
+#define NP_SUN_STEEP_TOLERANCES 5.0f
+
 typedef struct np_sun_optical_depth {
   neph_context *context; /* borrowed */
   unsigned volume_count;
@@ -85,6 +88,7 @@ typedef struct np_sun_optical_depth {
   uint32_t *stands;         /* index of the place that each lattice was filled for; NULL without places */
   double side_rad;          /* greatest error in the sun's direction over a place */
   float depth_end;          /* depth that counts as dark: 16/rate */
+  float error;              /* usual bound of the error of e^{−depth}; for the caller to set */
   size_t bytes;
   uint64_t level_cells[NP_SUN_CELL_LEVELS], steep_cells, dark_cells;
 } np_sun_optical_depth;

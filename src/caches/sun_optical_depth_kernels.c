@@ -230,7 +230,7 @@ void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
 
 /* Second differences of 17³ nodes, in tolerances, above which a cell is marched: the error is a third of them, as much
  * as the picture's whole tolerance, and marching takes ten times as long. */
-static const float steep_curvature = 16.0f;
+static const float steep_curvature = 3.2f * NP_SUN_STEEP_TOLERANCES;
 
 static void follow_fine_rays(const np_sun_column *c, size_t count) {
   const double half = 0.5 * c->lattice->spacing_m;

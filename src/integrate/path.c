@@ -45,7 +45,7 @@ static void set_outside_component(const np_tracer *t, np_path_state *path, bool 
 
 /* Sunlight along a ray relative to the irradiance of the unattenuated disk. */
 static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
-  return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
+  return sun->passage.expected * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
 }
 
 /* A direction from a scattering in cloud: the phase function there, and the density with which paths and branches take

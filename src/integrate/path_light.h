@@ -4,6 +4,7 @@
 #ifndef NP_INTEGRATE_PATH_LIGHT_H
 #define NP_INTEGRATE_PATH_LIGHT_H
 
+#include "caches/sun_optical_depth.h"
 #include "integrate/emission_rays.h"
 #include "integrate/path_state.h"
 
@@ -23,16 +24,55 @@ static inline np_component np_path_name_multiple(const np_path_state *path) {
 
 /* ---- Sun ---- */
 
-/* A ray towards the sun: irradiance through air alone, and the transmittance of the clouds. */
+/* Transmittance of the clouds along a ray towards the sun. */
+typedef struct np_sun_passage {
+  float drawn;    /* an estimate without bias, not negative where the cache errs by no more than its bound */
+  float expected; /* the transmittance that the cache states, or `drawn` */
+} np_sun_passage;
+
+/* A ray towards the sun: irradiance through air alone, and the clouds' transmittance. */
 typedef struct np_sun_ray {
   np_vec3 direction;
   np_spectrum irradiance;
-  float transmittance;
+  np_sun_passage passage;
 } np_sun_ray;
 
 /* Whether the world counts sunlight that comes along this path (np_world.sun_scope). */
 static inline bool np_path_is_in_scope(const np_tracer *t, const np_path_state *path) {
   return t->world->sun_scope == NP_SUN_WHOLE || (t->world->sun_scope == NP_SUN_SKY) == path->is_through_air;
+}
+
+/* Optical depth of all clouds by their cache; false: it lacks one of them here, or their detail or motion. */
+static inline bool np_path_look_up_depth(const np_tracer *t, np_dvec3 position, np_vec3 to_sun, float *out_depth) {
+  const np_sun_optical_depths *depths = &t->lighting->sun_optical_depths;
+  np_place_walk places;
+  const np_instance *volume;
+  *out_depth = 0.0f;
+  if (!depths->cache) return false;
+  np_place_walk_start(&places, depths->clouds, position, to_sun, INFINITY);
+  while ((volume = np_place_walk_next(&places, INFINITY))) {
+    const float own = np_sun_optical_depths_get_known(depths, volume, position, to_sun);
+    if (own == NP_SUN_OPTICAL_DEPTH_UNKNOWN || volume->bricks->is_indirect) return false;
+    *out_depth += own;
+  }
+  return true;
+}
+
+/* Share of the rays towards the sun that are traced where their depth is known. */
+static const float np_path_traced_share = 0.1f;
+
+/* The cache's transmittance less its error is a control variate: what the ray has beyond it is traced by one ray of
+ * ten, ten times, so that errors of the cache bring noise and no bias. */
+static inline np_sun_passage np_path_pass_clouds(const np_tracer *t, np_dvec3 position, np_vec3 to_sun,
+                                                 double faint_depth) {
+  float depth;
+  const bool is_known = np_path_look_up_depth(t, position, to_sun, &depth);
+  const float expected = is_known ? np_transmittance(depth) : 0.0f;
+  const float sure = is_known ? np_maxf(expected - t->lighting->sun_optical_depths.cache->error, 0.0f) : 0.0f;
+  if (is_known && np_random_float(t->random) >= np_path_traced_share) return (np_sun_passage){sure, expected};
+  const float traced = np_track_transmittance(&t->world->clouds, position, to_sun, INFINITY, faint_depth, t->random);
+  if (!is_known) return (np_sun_passage){traced, traced};
+  return (np_sun_passage){sure + (traced - sure) / np_path_traced_share, expected};
 }
 
 /* Samples a ray to the sun; false: no light arrives. Clouds are traced before air, since most rays end in a thick
@@ -42,9 +82,8 @@ static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *p
   const np_dvec3 position = path->position;
   if (!t->air_light.has_sun || !np_path_is_in_scope(t, path)) return false;
   out->direction = np_world_sample_sun(t->world, np_random_float(t->random), np_random_float(t->random));
-  out->transmittance =
-      np_track_transmittance(&t->world->clouds, position, out->direction, INFINITY, faint_depth, t->random);
-  if (!(out->transmittance > 0.0f)) return false;
+  out->passage = np_path_pass_clouds(t, position, out->direction, faint_depth);
+  if (out->passage.drawn == 0.0f && !(out->passage.expected > 0.0f)) return false;
   out->irradiance = t->settings->is_air_traced ? np_world_sunlight_exact(t->world, position, out->direction)
                                                : np_world_sunlight(t->world, position, out->direction);
   return true;
@@ -54,7 +93,7 @@ static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *p
  * directions towards the disk, for the balance heuristic. */
 static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *path, const np_sun_ray *sun,
                                       np_spectrum share, float density) {
-  const float weight = sun->transmittance / (1.0f + density * t->sun_sr);
+  const float weight = sun->passage.drawn / (1.0f + density * t->sun_sr);
   np_path_add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(sun->irradiance, share), weight));
 }
 

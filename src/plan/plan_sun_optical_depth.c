@@ -75,13 +75,18 @@ static void compute_costs(const np_plan *plan, const neph_scene *scene, double *
   *out_saving_s = fmax(bricks * brick_s - queries_per_ray * look_up_s, 0.0);
 }
 
+/* Rays towards the sun of a path, with pixels that see no cloud, relative to those of a march's ray; and samples
+ * assumed for all pictures by path, of which more may be taken later. */
+static const double path_ray_factor = 2.0, path_samples = 16.0;
+
 /* Counts of the whole picture, whatever part of it is rendered: a part has the bits of the whole. */
 static double count_rays(const np_plan *plan) {
   const np_request *r = &plan->request;
   const double spacing = plan->decisions.air_ray_spacing, pixels = (double)r->desc.width * r->desc.height;
   const double air_rays = spacing > 0.0 ? pixels / (spacing * spacing) : 0.0;
-  const double rays = r->desc.integrator == NEPH_INTEGRATOR_MARCH ? pixels * r->desc.sample_count : 0.0;
-  return rays + air_ray_factor * air_rays;
+  const bool is_march = r->desc.integrator == NEPH_INTEGRATOR_MARCH;
+  const double rays = is_march ? r->desc.sample_count : path_ray_factor * path_samples;
+  return pixels * rays + air_ray_factor * air_rays;
 }
 
 static bool is_numbered(const char *path) { return path && np_frame_name_is_pattern(path); }
@@ -128,6 +133,6 @@ void np_stage_choose_sun_volume(np_decision *d, np_stage_decision *out) {
   const double filling = voxel_s * np_plan_get_cloud_voxels(d->plan), saving = ray_s * count_rays(d->plan);
   const bool is_sequence = is_sequence_of_still_clouds(scene);
   np_stage_decide(d, out, filling / (is_sequence ? sequence_frames : 1.0) < saving,
-                  "filling it takes some %.1g s of one core%s and spares some %.1g s of marching", filling,
+                  "filling it takes some %.1g s of one core%s and spares some %.1g s of rays", filling,
                   is_sequence ? ", once for a sequence of frames," : "", saving);
 }

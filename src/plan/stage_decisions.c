@@ -186,7 +186,6 @@ void np_stage_decide_ground_light(np_decision *d, np_stage_decision *out) {
 void np_stage_decide_sun_optical_depth(np_decision *d, np_stage_decision *out) {
   d->get(d, NP_STAGE_AIR_SHADOWS);
   const char *against = d->facts->dark ? d->facts->dark : get_cloudless(d);
-  if (!against && is_path(d) && d->made->air_ray_spacing == 0) against = "paths sample the clouds' extinction itself";
   if (!against && !d->facts->has_sun && !d->facts->has_moon) against = d->facts->no_sun;
   if (against)
     np_stage_decide(d, out, false, "%s", against);

@@ -465,8 +465,8 @@ static const np_key last_keys[] = {
      .range = WITHIN(0, 0.5), .fallback = "0.001", .meaning = "transmittance below which the march ends a ray"},
     {.path = "render.sun_optical_depth", .type = NP_KEY_CHOICE, .choices = sun_optical_depths,
      .field = SCENE(render.sun_optical_depth), .fallback = "auto",
-     .meaning = "source of the march's optical depth from cloud to sun: volume, precomputed in a grid; march, at "
-                "every step; auto, the cheaper one"},
+     .meaning = "source of the optical depth from cloud to sun: volume, precomputed in a grid; march, at every step; "
+                "auto, the cheaper one; paths trace what the volume errs by, for their mean"},
     {.path = "render.air_shadows", .type = NP_KEY_CHOICE, .choices = air_shadows, .field = SCENE(render.air_shadows),
      .fallback = "auto",
      .meaning = "shadows of clouds and terrain in the air in front of the camera; auto: if they may be visible; "

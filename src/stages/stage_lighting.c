@@ -180,6 +180,9 @@ static float compute_sun_rate(const np_sun_optical_depth_inputs *in) {
   return fmaxf(rate, 0.05f);
 }
 
+/* Tolerance where only paths use the cache, whose mean no error of it changes. */
+static const float traced_tolerance = 0.003f;
+
 /* The world of a light in the first packet serves all: no part of the cache depends on wavelength. */
 static neph_result get_sun_optical_depth_key(const np_sun_optical_depth_inputs *in, void **out_key) {
   np_depth_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
@@ -187,7 +190,8 @@ static neph_result get_sun_optical_depth_key(const np_sun_optical_depth_inputs *
   np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
   desc.rate = compute_sun_rate(in);
   /* A small tolerance: nodes are cheap, and an error in a node affects all rays near it. */
-  desc.tolerance = (float)(0.2 * in->scene->render.tolerance);
+  const bool is_traced = np_request_traces_air(&in->plan->request);
+  desc.tolerance = is_traced ? traced_tolerance : (float)(0.2 * in->scene->render.tolerance);
   return np_depth_key_make(in->context, in->world, &desc, key);
 }
 
@@ -205,6 +209,7 @@ static neph_result make_sun_optical_depth(const np_sun_optical_depth_inputs *in,
   if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_sun_optical_depth_build(in->context, in->world, &key->desc, in->monitor, cache);
   if (result) np_alloc_free(in->context, cache);
+  if (!result) cache->error = NP_SUN_STEEP_TOLERANCES * key->desc.tolerance;
   *out = result ? NULL : cache;
   return result;
 }
@@ -237,10 +242,11 @@ static neph_result load_depth(const np_sun_optical_depth_inputs *in, np_cache_en
                               np_sun_optical_depth **out) {
   np_sun_optical_depth *cache = np_alloc(in->context, 1, sizeof *cache);
   if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (np_sun_optical_depth_load(in->context, in->world, entry, cache))
-    *out = cache;
-  else
-    np_alloc_free(in->context, cache);
+  const np_depth_key *key = in->key;
+  const bool is_loaded = np_sun_optical_depth_load(in->context, in->world, entry, cache);
+  if (is_loaded) cache->error = NP_SUN_STEEP_TOLERANCES * key->desc.tolerance;
+  if (!is_loaded) np_alloc_free(in->context, cache);
+  *out = is_loaded ? cache : NULL;
   return NEPH_OK;
 }
 
