@@ -128,7 +128,7 @@ static void an_overflow_of_halves_is_told_from_infinity(void **state) {
   const np_vdb_module *module;
   np_vdb_error error;
   assert_int_equal(np_vdb_module_get(f->context, &module), NEPH_OK);
-  assert_int_equal(module->write(f->path, &output, 1, false, NULL, NULL, &error), NEPH_OK);
+  assert_int_equal(module->write(f->path, &output, 1, false, 1, NULL, NULL, &error), NEPH_OK);
   assert_int_equal(neph_check_file(check, f->path), NEPH_OK);
   assert_non_null(search_rule(check, "values.half_overflow").remedy);
   neph_check_destroy(check);

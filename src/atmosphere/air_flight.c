@@ -83,7 +83,7 @@ static bool track_shell(const shell_walk *walk, double begin, double end, int he
   const double bound = walk->shells->bound_per_m[walk->shell];
   while (*flight < bound * (end - begin)) {
     begin += *flight / bound;
-    *flight = -log1p(-np_random_double(random));
+    *flight = -log(1.0 - np_random_double(random));
     const double altitude = np_ray_altitude(&walk->ray, begin);
     double share[NP_BAND_COUNT];
     compute_shares(walk->medium, altitude, bound, share);
@@ -105,7 +105,7 @@ bool np_air_track(const neph_atmosphere *atmosphere, np_dvec3 origin, np_vec3 di
   const double length = fmin(length_m - ray.offset_m, ray.length_m);
   if (!(length > 0.0)) return false;
   shell_walk walk = start_walk(atmosphere, &ray);
-  double flight = -log1p(-np_random_double(random));
+  double flight = -log(1.0 - np_random_double(random));
   for (double begin = 0.0; begin < length;) {
     int next;
     const double exit = compute_exit(&walk, &next), end = fmin(fmax(exit, begin), length);

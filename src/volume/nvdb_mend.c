@@ -243,7 +243,8 @@ static neph_result write_copies(const copy_job *job, const char *path) {
   np_vdb_error error;
   neph_result result = np_vdb_module_get(job->file->context, &module);
   if (result) return result;
-  result = module->write(path, job->outputs, job->count, /*is_nano=*/1, NULL, NULL, &error);
+  result = module->write(path, job->outputs, job->count, /*is_nano=*/1, np_foreign_thread_count(job->file->context),
+                         NULL, NULL, &error);
   return result ? np_fail(job->file->context, result, "%s: its mended copy: %s", job->file->path, error.message)
                 : NEPH_OK;
 }

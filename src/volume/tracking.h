@@ -165,8 +165,9 @@ static inline float np_track_depth(const np_instances *clouds, np_dvec3 origin, 
   return depth;
 }
 
-/* Exponentially distributed optical depth with mean 1, from 53 random bits: its tail reaches 36. */
-static inline double np_track_flight(np_random *random) { return -log1p(-np_random_double(random)); }
+/* Exponentially distributed optical depth with mean 1, from 53 random bits, of which 1 − u is exact: its tail reaches
+ * 36. */
+static inline double np_track_flight(np_random *random) { return -log(1.0 - np_random_double(random)); }
 
 /* Exponentially distributed optical depth below `depth` (forced collision): exact even for a small `depth`. */
 static inline double np_track_forced_flight(double depth, np_random *random) {

@@ -77,6 +77,9 @@ template <typename Work> neph_result guarded(np_vdb_error *error, Direction dire
   return guarded(error, direction, 1, work);
 }
 
+/* Leaves of a piece, which one thread reads, builds or compresses: half a megabyte of floats. */
+constexpr std::size_t piece_leaves = 256;
+
 /* Calls `work` with [begin, end) for pieces of `grain` of `count` items, on the threads that `guarded` allows. */
 template <typename Work> void run_pieces(std::size_t count, std::size_t grain, const Work &work) {
   tbb::parallel_for(

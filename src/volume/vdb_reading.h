@@ -123,7 +123,6 @@ template <typename LeafType> inline std::vector<std::size_t> sort_leaves(const s
 template <typename TreeType>
 inline void read_buffers(np_vdb_file &file, const np_vdb_grid_place &place, const TreeType &tree, bool is_half,
                          int component, const np_vdb_sink &sink) {
-  constexpr std::size_t piece_leaves = 256;
   std::vector<const typename TreeType::LeafNodeType *> leaves;
   leaves.reserve(tree.leafCount());
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) leaves.push_back(leaf.getLeaf());

@@ -227,8 +227,9 @@ void write_nano_grids(const char *path, const np_vdb_write_grid *grids, size_t c
 }
 
 neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t count, int is_nano,
-                        np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_error *error) noexcept {
-  return guarded(error, Direction::writing, [&] {
+                        unsigned thread_count, np_vdb_cancel_fn cancel, void *cancel_user,
+                        np_vdb_error *error) noexcept {
+  return guarded(error, Direction::writing, thread_count, [&] {
     openvdb::initialize();
     const Canceller canceller{cancel, cancel_user};
     if (is_nano) return write_nano_grids(path, grids, count, canceller);

@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 15u
+#define NP_VDB_MODULE_VERSION 16u
 
 /* Blind data of a .nvdb grid that hold the metadata of a .vdb grid: names and texts, each ended by a zero byte. */
 #define NP_NVDB_ATTRIBUTES_NAME "nephos:metadata"
@@ -147,7 +147,7 @@ typedef struct np_vdb_module {
   neph_result (*try_chunk)(uint32_t compression, const void *chunk, size_t chunk_bytes, size_t count);
 
   /* Reads the headers of a file's grids. `source` and `cancel` must stay valid until the file is closed. `thread_count`
-   * threads read trees; the calling thread writes files. */
+   * threads read trees. */
   neph_result (*open)(const np_vdb_source *source, unsigned thread_count, np_vdb_cancel_fn cancel, void *cancel_user,
                       np_vdb_file **out_file, np_vdb_error *error);
   void (*close)(np_vdb_file *file); /* NULL is allowed */
@@ -185,9 +185,10 @@ typedef struct np_vdb_module {
    * which also receives the outcome. Grids of points are refused. */
   neph_result (*mend)(np_vdb_file *file, np_vdb_mending *mendings, const char *path, np_vdb_error *error);
 
-  /* Writes grids to `path`, a temporary name that the caller renames, as .vdb or, where `is_nano`, as .nvdb. */
+  /* Writes grids to `path`, a temporary name that the caller renames, as .vdb or, where `is_nano`, as .nvdb, on
+   * `thread_count` threads. */
   neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, int is_nano,
-                       np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_error *error);
+                       unsigned thread_count, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_error *error);
 
   /* OpenVDB's own trilinear BoxSampler at index positions, for tests and benchmarks. */
   neph_result (*sample)(const np_sparse_grid *grid, size_t count, const double *positions, float *out_values,

@@ -3,12 +3,15 @@
 #ifndef NP_VOLUME_VDB_WRITING_H
 #define NP_VOLUME_VDB_WRITING_H
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <memory>
 #include <new>
 #include <ostream>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "volume/vdb_archive.h"
 
@@ -26,14 +29,24 @@ inline openvdb::math::Transform::Ptr make_transform(const np_affine &affine) {
 
 inline openvdb::Index get_tile_level(int32_t edge) { return edge == 8 ? 1u : edge == 128 ? 2u : 3u; }
 
-/* Adds a leaf with the topology of `from`; `fill` sets its values. */
-template <typename TreeType, typename Fill> void add_leaf(TreeType &tree, const np_leaf &from, const Fill &fill) {
-  auto leaf = std::make_unique<typename TreeType::LeafNodeType>(openvdb::Coord(from.origin), tree.background(), false);
-  fill(leaf->buffer().data());
-  openvdb::util::NodeMask<3> mask;
-  for (openvdb::Index word = 0; word < 8; word++) mask.getWord<openvdb::Index64>(word) = from.active[word];
-  leaf->setValueMask(mask);
-  tree.addLeaf(leaf.release());
+/* Adds leaves with the topology of those of `source`; `fill` sets the values of one by its number. They are built on
+ * all threads. */
+template <typename TreeType, typename Fill>
+void add_leaves(TreeType &tree, const np_sparse_grid &source, const Canceller &canceller, const Fill &fill) {
+  using LeafType = typename TreeType::LeafNodeType;
+  std::vector<std::unique_ptr<LeafType>> leaves(source.leaf_count);
+  run_pieces(source.leaf_count, piece_leaves, [&](std::size_t begin, std::size_t end) {
+    canceller.poll();
+    for (std::size_t i = begin; i < end; i++) {
+      const np_leaf &from = source.leaves[i];
+      leaves[i] = std::make_unique<LeafType>(openvdb::Coord(from.origin), tree.background(), false);
+      fill(i, leaves[i]->buffer().data());
+      openvdb::util::NodeMask<3> mask;
+      for (openvdb::Index word = 0; word < 8; word++) mask.getWord<openvdb::Index64>(word) = from.active[word];
+      leaves[i]->setValueMask(mask);
+    }
+  });
+  for (std::unique_ptr<LeafType> &leaf : leaves) tree.addLeaf(leaf.release());
 }
 
 /* Copies tiles and leaves to an empty grid. */
@@ -42,11 +55,9 @@ inline void fill_scalar(const np_sparse_grid &source, const Canceller &canceller
     const np_tile &tile = source.tiles[i];
     grid.tree().addTile(get_tile_level(tile.edge), openvdb::Coord(tile.origin), tile.value, tile.is_active);
   }
-  for (size_t i = 0; i < source.leaf_count; i++) {
-    canceller.poll();
-    const np_leaf &from = source.leaves[i];
-    add_leaf(grid.tree(), from, [&](float *to) { std::copy(from.values, from.values + NP_LEAF_SIZE, to); });
-  }
+  add_leaves(grid.tree(), source, canceller, [&](std::size_t i, float *to) {
+    std::copy(source.leaves[i].values, source.leaves[i].values + NP_LEAF_SIZE, to);
+  });
 }
 
 inline void fill_velocity(const np_vdb_write_grid &output, const Canceller &canceller, openvdb::Vec3SGrid &grid) {
@@ -54,19 +65,51 @@ inline void fill_velocity(const np_vdb_write_grid &output, const Canceller &canc
   for (size_t i = 0; i < x.tile_count; i++)
     grid.tree().addTile(get_tile_level(x.tiles[i].edge), openvdb::Coord(x.tiles[i].origin),
                         openvdb::Vec3s(x.tiles[i].value, y.tiles[i].value, z.tiles[i].value), x.tiles[i].is_active);
-  for (size_t i = 0; i < x.leaf_count; i++) {
-    canceller.poll();
-    add_leaf(grid.tree(), x.leaves[i], [&](openvdb::Vec3s *to) {
-      for (int n = 0; n < NP_LEAF_SIZE; n++)
-        to[n] = openvdb::Vec3s(x.leaves[i].values[n], y.leaves[i].values[n], z.leaves[i].values[n]);
-    });
-  }
+  add_leaves(grid.tree(), x, canceller, [&](std::size_t i, openvdb::Vec3s *to) {
+    for (int n = 0; n < NP_LEAF_SIZE; n++)
+      to[n] = openvdb::Vec3s(x.leaves[i].values[n], y.leaves[i].values[n], z.leaves[i].values[n]);
+  });
 }
+
+/* A grid whose leaves are compressed on all threads, to the bytes that OpenVDB writes on one. */
+template <typename GridType> class WrittenGrid : public GridType {
+public:
+  using GridType::GridType;
+
+  void writeBuffers(std::ostream &stream) const override {
+    std::vector<const LeafType *> leaves;
+    leaves.reserve(this->tree().leafCount());
+    for (auto leaf = this->tree().cbeginLeaf(); leaf; ++leaf) leaves.push_back(leaf.getLeaf());
+    for (std::size_t begin = 0; begin < leaves.size(); begin += batch_leaves)
+      write_batch(stream, leaves, begin, std::min(begin + batch_leaves, leaves.size()));
+  }
+
+private:
+  using LeafType = typename GridType::TreeType::LeafNodeType;
+
+  static constexpr std::size_t batch_leaves = 128 * piece_leaves; /* 64 MB of floats */
+
+  void write_batch(std::ostream &stream, const std::vector<const LeafType *> &leaves, std::size_t first,
+                   std::size_t last) const {
+    std::vector<std::string> texts((last - first + piece_leaves - 1) / piece_leaves);
+    run_pieces(texts.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t piece = begin; piece < end; piece++) {
+        std::ostringstream text;
+        text.copyfmt(stream); /* version, compression and exceptions */
+        const std::size_t from = first + piece * piece_leaves;
+        for (std::size_t n = from; n < std::min(from + piece_leaves, last); n++)
+          leaves[n]->writeBuffers(text, this->saveFloatAsHalf());
+        texts[piece] = text.str();
+      }
+    });
+    for (const std::string &text : texts) stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+  }
+};
 
 /* World-space velocity at the centres of voxels (covariant): it rotates with the grid. */
 inline openvdb::GridBase::Ptr make_velocity(const np_vdb_write_grid &output) {
-  auto grid =
-      openvdb::Vec3SGrid::create(openvdb::Vec3s(output.grid->background, output.y->background, output.z->background));
+  const openvdb::Vec3s background(output.grid->background, output.y->background, output.z->background);
+  const auto grid = std::make_shared<WrittenGrid<openvdb::Vec3SGrid>>(background);
   grid->setGridClass(openvdb::GRID_UNKNOWN); /* also means: not staggered */
   grid->setVectorType(output.is_invariant ? openvdb::VEC_INVARIANT : openvdb::VEC_CONTRAVARIANT_RELATIVE);
   grid->setIsInWorldSpace(true);
@@ -74,7 +117,7 @@ inline openvdb::GridBase::Ptr make_velocity(const np_vdb_write_grid &output) {
 }
 
 inline openvdb::GridBase::Ptr make_fog(const np_sparse_grid &source) {
-  auto grid = openvdb::FloatGrid::create(source.background);
+  const auto grid = std::make_shared<WrittenGrid<openvdb::FloatGrid>>(source.background);
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   return grid;
 }

@@ -177,7 +177,8 @@ static neph_result add_attributes(const save_job *job, const np_vdb_write_grid *
 static neph_result write_temporary(const save_job *job, const np_vdb_module *module, const char *temporary) {
   np_vdb_error error;
   const bool is_nano = np_file_has_ending(job->path, np_nvdb_format.ending);
-  neph_result result = module->write(temporary, job->grids, job->count, is_nano, is_cancelled, job->monitor, &error);
+  neph_result result = module->write(temporary, job->grids, job->count, is_nano, np_foreign_thread_count(job->context),
+                                     is_cancelled, job->monitor, &error);
   if (result && result != NEPH_ERROR_CANCELLED)
     return np_fail(job->context, result, "%s: %s", job->path, error.message);
   return result;
