@@ -43,11 +43,6 @@ static void set_outside_component(const np_tracer *t, np_path_state *path, bool 
 
 /* ---- Clouds ---- */
 
-/* Sunlight along a ray relative to the irradiance of the unattenuated disk. */
-static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
-  return sun->passage.expected * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
-}
-
 /* A direction from a scattering in cloud: the phase function there, and the density with which paths and branches take
  * it, in each band; and the mean density over the heroes. */
 typedef struct cloud_choice {
@@ -97,9 +92,11 @@ static void gather_tinted_sky(const np_tracer *t, const np_path_state *path, con
 static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sun_branching *branching) {
   np_sun_ray sun;
   if (np_path_aim_at_sun(t, path, np_sun_branching_faint_depth(branching), &sun)) {
-    if (may_branch(path)) np_sun_branching_choose(branching, compute_sunlight(t, &sun));
-    const cloud_choice towards = eval_cloud(path, branching, sun.direction);
-    np_path_gather_sun(t, path, &sun, towards.value, towards.mean_density);
+    if (may_branch(path)) np_sun_branching_choose(branching, sun.expected);
+    if (!np_sun_ray_is_dark(&sun)) {
+      const cloud_choice towards = eval_cloud(path, branching, sun.direction);
+      np_path_gather_sun(t, path, &sun, towards.value, towards.mean_density);
+    }
   }
   np_emitter_ray emitter;
   if (np_path_aim_at_emitter(t, path->position, &emitter)) {
@@ -217,7 +214,7 @@ static void collide_in_air(const np_tracer *t, np_path_state *path) {
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->world->atmosphere, &t->air_light, &path->air, path->position, path->direction);
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path, np_track_faint_depth, &sun)) {
+  if (np_path_aim_at_sun(t, path, np_track_faint_depth, &sun) && !np_sun_ray_is_dark(&sun)) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
     np_path_gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
   }
@@ -247,7 +244,7 @@ static bool reflect_at_ground(const np_tracer *t, np_path_state *path) {
   const np_ground_scatter scatter = np_ground_scatter_make(&path->ground, path->direction, &path->throughput);
   path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path, np_track_faint_depth, &sun)) {
+  if (np_path_aim_at_sun(t, path, np_track_faint_depth, &sun) && !np_sun_ray_is_dark(&sun)) {
     const np_ground_choice choice = np_ground_scatter_eval(&scatter, sun.direction);
     if (choice.density > 0.0f) np_path_gather_sun(t, path, &sun, choice.value, choice.density);
   }

@@ -24,17 +24,13 @@ static inline np_component np_path_name_multiple(const np_path_state *path) {
 
 /* ---- Sun ---- */
 
-/* Transmittance of the clouds along a ray towards the sun. */
-typedef struct np_sun_passage {
-  float drawn;    /* an estimate without bias, not negative where the cache errs by no more than its bound */
-  float expected; /* the transmittance that the cache states, or `drawn` */
-} np_sun_passage;
-
-/* A ray towards the sun: irradiance through air alone, and the clouds' transmittance. */
+/* A ray towards the sun. */
 typedef struct np_sun_ray {
   np_vec3 direction;
-  np_spectrum irradiance;
-  np_sun_passage passage;
+  np_spectrum light; /* irradiance through clouds and air: an estimate without bias, not negative where the caches err
+                        by no more than their bounds */
+  float expected;    /* share of the sun's light that comes here, about; where it is known it does not depend on what is
+                        drawn, so that neither do branches by it: the weights of both ways to the sun hold for each */
 } np_sun_ray;
 
 /* Whether the world counts sunlight that comes along this path (np_world.sun_scope). */
@@ -61,31 +57,68 @@ static inline bool np_path_look_up_depth(const np_tracer *t, np_dvec3 position, 
 /* Share of the rays towards the sun that are traced where their depth is known. */
 static const float np_path_traced_share = 0.1f;
 
-/* The cache's transmittance less its error is a control variate: what the ray has beyond it is traced by one ray of
- * ten, ten times, so that errors of the cache bring noise and no bias. */
-static inline np_sun_passage np_path_pass_clouds(const np_tracer *t, np_dvec3 position, np_vec3 to_sun,
-                                                 double faint_depth) {
-  float depth;
-  const bool is_known = np_path_look_up_depth(t, position, to_sun, &depth);
-  const float expected = is_known ? np_transmittance(depth) : 0.0f;
-  const float sure = is_known ? np_maxf(expected - t->lighting->sun_optical_depths.cache->error, 0.0f) : 0.0f;
-  if (is_known && np_random_float(t->random) >= np_path_traced_share) return (np_sun_passage){sure, expected};
-  const float traced = np_track_transmittance(&t->world->clouds, position, to_sun, INFINITY, faint_depth, t->random);
-  if (!is_known) return (np_sun_passage){traced, traced};
-  return (np_sun_passage){sure + (traced - sure) / np_path_traced_share, expected};
+/* Cosine of the sun's zenith angle from which on tables of the air know its light: lower, the disk is not even. */
+static const float np_path_high_sun = 0.25f;
+
+static inline np_spectrum np_path_integrate_sunlight(const np_tracer *t, np_dvec3 position, np_vec3 to_sun) {
+  return t->settings->is_air_traced ? np_world_sunlight_exact(t->world, position, to_sun)
+                                    : np_world_sunlight(t->world, position, to_sun);
 }
 
-/* Samples a ray to the sun; false: no light arrives. Clouds are traced before air, since most rays end in a thick
- * cloud. */
+/* Sunlight through the air alone, from tables where they know it. */
+static inline np_spectrum np_path_look_up_sunlight(const np_tracer *t, np_dvec3 position, np_vec3 to_sun) {
+  const bool is_high = np_vec3_dot(np_zenith(position, t->world->planet_radius_m), to_sun) > np_path_high_sun;
+  const bool is_known = is_high && t->world->sun_scope != NP_SUN_SKY;
+  return is_known ? np_world_sunlight(t->world, position, to_sun) : np_path_integrate_sunlight(t, position, to_sun);
+}
+
+static inline bool np_sun_ray_is_dark(const np_sun_ray *ray) { return np_spectrum_is_zero(ray->light); }
+
+/* Share of the sun's light. */
+static inline float np_path_compare_to_sun(const np_tracer *t, np_spectrum light) {
+  return np_spectrum_max(light) / np_spectrum_max(t->world->sun_irradiance);
+}
+
+/* Light by a traced ray. Clouds are traced before air, since most rays end in a thick cloud. */
+static inline np_spectrum np_path_trace_sunlight(const np_tracer *t, np_dvec3 position, np_vec3 to_sun,
+                                                 double faint_depth) {
+  const float passed = np_track_transmittance(&t->world->clouds, position, to_sun, INFINITY, faint_depth, t->random);
+  if (!(passed > 0.0f)) return np_spectrum_grey(0.0f);
+  return np_spectrum_scale(np_path_integrate_sunlight(t, position, to_sun), passed);
+}
+
+/* Light where the cache knows the clouds' depth. Its transmittance less its error, and the air's by tables, are a
+ * control variate: one ray of ten is traced, and what it has beyond them counts ten times, so that errors of caches
+ * bring noise and no bias. */
+static inline void np_path_estimate_sunlight(const np_tracer *t, np_dvec3 position, float depth, double faint_depth,
+                                             np_sun_ray *ray) {
+  const float transmittance = np_transmittance(depth),
+              sure = transmittance - t->lighting->sun_optical_depths.cache->error;
+  ray->light = np_spectrum_grey(0.0f);
+  ray->expected = transmittance;
+  if (sure > 0.0f) {
+    const np_spectrum outside = np_path_look_up_sunlight(t, position, ray->direction);
+    ray->light = np_spectrum_scale(outside, sure);
+    ray->expected = transmittance * np_path_compare_to_sun(t, outside);
+  }
+  if (np_random_float(t->random) >= np_path_traced_share) return;
+  const np_spectrum beyond =
+      np_spectrum_subtract(np_path_trace_sunlight(t, position, ray->direction, faint_depth), ray->light);
+  ray->light = np_spectrum_add(ray->light, np_spectrum_scale(beyond, 1.0f / np_path_traced_share));
+}
+
+/* Samples a ray to the sun; false: there is none. Its light is zero where no light arrives. */
 static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *path, double faint_depth,
                                       np_sun_ray *out) {
-  const np_dvec3 position = path->position;
+  float depth;
   if (!t->air_light.has_sun || !np_path_is_in_scope(t, path)) return false;
   out->direction = np_world_sample_sun(t->world, np_random_float(t->random), np_random_float(t->random));
-  out->passage = np_path_pass_clouds(t, position, out->direction, faint_depth);
-  if (out->passage.drawn == 0.0f && !(out->passage.expected > 0.0f)) return false;
-  out->irradiance = t->settings->is_air_traced ? np_world_sunlight_exact(t->world, position, out->direction)
-                                               : np_world_sunlight(t->world, position, out->direction);
+  if (np_path_look_up_depth(t, path->position, out->direction, &depth)) {
+    np_path_estimate_sunlight(t, path->position, depth, faint_depth, out);
+  } else {
+    out->light = np_path_trace_sunlight(t, path->position, out->direction, faint_depth);
+    out->expected = np_path_compare_to_sun(t, out->light);
+  }
   return true;
 }
 
@@ -93,8 +126,8 @@ static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *p
  * directions towards the disk, for the balance heuristic. */
 static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *path, const np_sun_ray *sun,
                                       np_spectrum share, float density) {
-  const float weight = sun->passage.drawn / (1.0f + density * t->sun_sr);
-  np_path_add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(sun->irradiance, share), weight));
+  const float weight = 1.0f / (1.0f + density * t->sun_sr);
+  np_path_add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(sun->light, share), weight));
 }
 
 /* Adds the sun's disk to a path that leaves for space within it. */
