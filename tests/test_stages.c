@@ -157,7 +157,7 @@ static void what_is_needed_is_built_and_nothing_else(void **state) {
   assert_built(f->context, nothing, 4);
   assert_built(f->context, "{version: 1}", 7);
   assert_built(f->context, day, 18);
-  assert_built(f->context, night, 12);
+  assert_built(f->context, night, 13);
   assert_built(f->context, colours, 10);
 }
 
