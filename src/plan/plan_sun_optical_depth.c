@@ -41,10 +41,9 @@ static const double depth_unread = 40.0;
 /* The least sine of the light's elevation: level light does not run through a layer for ever. */
 static const double sine_least = 0.1;
 
-static double compute_sine(const np_decisions *decisions) {
+static double get_sine(const np_decisions *decisions) {
   if (!decisions->are_lights_known) return 0.5;
-  const np_dvec3 to_light = decisions->has_sun ? decisions->lights.to_sun : decisions->lights.moon.direction;
-  return fmax(to_light.z, sine_least);
+  return decisions->has_sun ? decisions->lights.to_sun.z : decisions->lights.moon.direction.z;
 }
 
 /* A cloud as light runs through it. */
@@ -59,7 +58,7 @@ static ray_passage compute_passage(const np_plan *plan, const neph_scene *scene,
   }
   const neph_cloud_desc bake = np_plan_get_bake(&plan->request, scene, cloud);
   const double way_m =
-      fmin(bake.thickness_m / compute_sine(&plan->decisions), hypot(bake.extent_m[0], bake.extent_m[1]));
+      fmin(bake.thickness_m / fmax(get_sine(&plan->decisions), sine_least), hypot(bake.extent_m[0], bake.extent_m[1]));
   return (ray_passage){way_m / (8.0 * bake.voxel_m), bake.extinction_per_m * bake.thickness_m};
 }
 
@@ -75,8 +74,8 @@ static void compute_costs(const np_plan *plan, const neph_scene *scene, double *
   *out_saving_s = fmax(bricks * brick_s - queries_per_ray * look_up_s, 0.0);
 }
 
-/* Rays towards the sun of a path, with pixels that see no cloud, relative to those of a march's ray; and samples
- * assumed for all pictures by path, of which more may be taken later. */
+/* Rays towards the sun of a path, with pixels that see no cloud, relative to those of a march's ray, while the light is
+ * above the horizon; and samples assumed for all pictures by path, of which more may be taken later. */
 static const double path_ray_factor = 2.0, path_samples = 16.0;
 
 /* Counts of the whole picture, whatever part of it is rendered: a part has the bits of the whole. */
@@ -85,7 +84,8 @@ static double count_rays(const np_plan *plan) {
   const double spacing = plan->decisions.air_ray_spacing, pixels = (double)r->desc.width * r->desc.height;
   const double air_rays = spacing > 0.0 ? pixels / (spacing * spacing) : 0.0;
   const bool is_march = r->desc.integrator == NEPH_INTEGRATOR_MARCH;
-  const double rays = is_march ? r->desc.sample_count : path_ray_factor * path_samples;
+  const double of_paths = get_sine(&plan->decisions) > 0.0 ? path_ray_factor * path_samples : 0.0;
+  const double rays = is_march ? r->desc.sample_count : of_paths;
   return pixels * rays + air_ray_factor * air_rays;
 }
 
