@@ -127,7 +127,7 @@ inline void read_buffers(np_vdb_file &file, const np_vdb_grid_place &place, cons
   leaves.reserve(tree.leafCount());
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) leaves.push_back(leaf.getLeaf());
   if (leaves.size() != place.leaf_count)
-    throw Failure{NEPH_ERROR_BAD_FILE, "a grid has leaves that OpenVDB counts differently: it is damaged"};
+    throw Failure{NEPH_ERROR_BAD_FILE, "the tree has another number of leaves than its topology: it is damaged"};
   const std::vector<std::size_t> places = sort_leaves(leaves);
   np_leaf *const out = leaves.empty() ? nullptr : sink.add_leaves(sink.grid, leaves.size());
   if (!leaves.empty()) check_room(out);
