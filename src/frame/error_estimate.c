@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Noise from the samples' spread in all pixels, corrected by pixels sampled again; bias from a model, and from pixels
+/* Noise from pixels sampled again, corrected by the samples' spread in all pixels; bias from a model, and from pixels
  * traced. */
 #include "frame/error_estimate.h"
 
@@ -76,10 +76,10 @@ static probe_means average_probes(const np_error_probes *probes) {
   return (probe_means){sum.variance / shares, sum.by_spread / shares, sum.bright_share / shares};
 }
 
-/* Probes know the share of variance that stratification leaves, and see with many seeds how dark a pixel beside a
- * bright edge is; all pixels together meet rare bright paths that probes miss. So the estimate is that of the probes,
- * and of what the spreads of all pixels state beyond the spreads of the probes' seeds the same share (difference
- * estimator: Cochran 1977, eq. 7.11). */
+/* Probes show the share of variance that stratification leaves, and how dark a pixel beside a bright edge is; all
+ * pixels together meet rare bright paths that probes miss. So the estimate is the mean over the probes, and the same
+ * share of what the spreads of all pixels state beyond those of the probes' seeds (difference estimator: Cochran 1977,
+ * eq. 7.11). */
 static np_uncertain measure_noise(const np_error_probes *probes) {
   const probe_means mean = average_probes(probes);
   const double n = probes->count, left = mean.by_spread > 0.0 ? fmin(mean.variance / mean.by_spread, 1.0) : 0.0;
