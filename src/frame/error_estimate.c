@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Noise from pixels sampled again, corrected by the samples' spread in all pixels; bias from a model, and from pixels
- * traced. */
+/* Noise from pixels sampled again, of paths corrected by the samples' spread in all pixels; bias from a model, and from
+ * pixels traced. */
 #include "frame/error_estimate.h"
 
 #include "core/alloc.h"
@@ -94,8 +94,14 @@ static np_uncertain measure_noise(const np_error_probes *probes) {
   return (np_uncertain){fmax(value, 0.0) / mean.bright_share, deviation / mean.bright_share};
 }
 
-static neph_bounded estimate_noise(const np_error_probes *probes, const np_uncertain *usual, double samples) {
-  if (probes->count >= PROBES_MIN) return take_root(measure_noise(probes));
+static double get_noise(const np_error_probe *p) { return p->variance / (get_mean(p) * get_mean(p)); }
+
+/* Marches have no rare bright paths, and few samples: at the rim of the sun's disk, where their spread is large and the
+ * pixels around are dark, the spread of all pixels would state many times the noise. */
+static neph_bounded estimate_noise(const np_error_probes *probes, bool is_path, double samples) {
+  const np_uncertain *usual = is_path ? &path_evenness : &march_evenness;
+  if (probes->count >= PROBES_MIN)
+    return take_root(is_path ? measure_noise(probes) : average(probes, probes->count, get_noise));
   if (samples < 2.0) return unknown; /* single samples have no spread */
   const double value = probes->by_spread.value / probes->bright_share,
                deviation = probes->by_spread.deviation / probes->bright_share;
@@ -224,7 +230,7 @@ neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_f
   if (!result && !np_request_is_coarse(&plan->request)) result = trace_probes(f, plan, &probes);
   if (!result && probes.pixel_count > 0.0) {
     const np_bias_model model = np_bias_model_make(f, plan);
-    out->noise = estimate_noise(&probes, is_path ? &path_evenness : &march_evenness, get_mean_samples(f));
+    out->noise = estimate_noise(&probes, is_path, get_mean_samples(f));
     out->bias = estimate_bias(f->assembly->context, &model, &probes, &out->is_bias_measured);
     out->total = add_squares(&out->noise, &out->bias);
   }
