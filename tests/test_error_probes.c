@@ -43,10 +43,10 @@ static void measure(const light *l, uint32_t seed, double *out_true, double *out
   const np_assembly assembly = {0};
   const np_frame frame = {.assembly = &assembly, .width = WIDTH, .height = HEIGHT, .luminances = luminances};
   np_error_probes probes;
-  assert_int_equal(np_error_probes_choose(&frame, 0, &probes), NEPH_OK);
+  assert_int_equal(np_error_probes_choose(&frame, 0, 0, &probes), NEPH_OK);
   assert_true(probes.pixel_count == PIXELS);
   *out_true = sqrt(sum / PIXELS);
-  *out_stated = sqrt(probes.by_spread.value);
+  *out_stated = sqrt(np_error_probes_average_spread(&probes).value);
 }
 
 /* One path in 20 000 makes nine tenths of the noise and more; relative to its own pixel each would count as 1. */

@@ -89,8 +89,9 @@ static np_uncertain measure_noise(const np_error_probes *probes) {
     const double residual = own.variance - mean.variance - left * (own.by_spread - mean.by_spread);
     residual2 += pow(probes->probe[i].share * residual, 2.0);
   }
-  const double value = mean.variance + left * (probes->by_spread.value - mean.by_spread);
-  const double deviation = hypot(sqrt(residual2 * n / (n - 1.0)), left * probes->by_spread.deviation);
+  const np_uncertain by_spread = np_error_probes_average_spread(probes);
+  const double value = mean.variance + left * (by_spread.value - mean.by_spread);
+  const double deviation = hypot(sqrt(residual2 * n / (n - 1.0)), left * by_spread.deviation);
   return (np_uncertain){fmax(value, 0.0) / mean.bright_share, deviation / mean.bright_share};
 }
 
@@ -103,8 +104,8 @@ static neph_bounded estimate_noise(const np_error_probes *probes, bool is_path, 
   if (probes->count >= PROBES_MIN)
     return take_root(is_path ? measure_noise(probes) : average(probes, probes->count, get_noise));
   if (samples < 2.0) return unknown; /* single samples have no spread */
-  const double value = probes->by_spread.value / probes->bright_share,
-               deviation = probes->by_spread.deviation / probes->bright_share;
+  const np_uncertain by_spread = np_error_probes_average_spread(probes);
+  const double value = by_spread.value / probes->bright_share, deviation = by_spread.deviation / probes->bright_share;
   return take_root((np_uncertain){usual->value * value, hypot(usual->deviation * value, usual->value * deviation)});
 }
 
@@ -154,11 +155,18 @@ static const double samples_per_s = 1100.0, traced_per_s = 600.0, traced_least =
 /* Bound on samples of probes as a share of the frame's own samples, in frames whose time goes into samples. */
 static const double samples_share = 0.02;
 
-enum { PROBES_MAX = 256, TRACED_PROBES_MAX = 64, TRACED_SAMPLES_PER_PROBE = 60, SEEDS_MIN = 8, SAMPLES_MIN = 32 };
+enum {
+  PROBES_MAX = 256,
+  OUTLIERS_MIN = 4,
+  OUTLIERS_MAX = 16,
+  TRACED_PROBES_MAX = 64,
+  TRACED_SAMPLES_PER_PROBE = 60,
+  SEEDS_MIN = 8
+};
 
-/* Number of seeds for estimating a pixel's variance and mean from `samples` samples. */
+/* Number of seeds, an even one, for estimating a pixel's variance and mean from `samples` samples, at least 1. */
 static unsigned count_seeds(double samples) {
-  return samples * SEEDS_MIN >= SAMPLES_MIN ? SEEDS_MIN : (unsigned)(SAMPLES_MIN / samples);
+  return samples * SEEDS_MIN >= NP_SEEDS_MAX ? SEEDS_MIN : (unsigned)(NP_SEEDS_MAX / samples) / 2 * 2;
 }
 
 static double get_mean_samples(const np_frame *f) {
@@ -175,8 +183,9 @@ static neph_result limit_probes(const np_frame *f, double allowed, np_error_prob
   for (unsigned i = 0; i < probes->count; i++) samples += probes->probe[i].count;
   if (!np_frame_has_target(f) || samples <= allowed) return NEPH_OK;
   const double count = fmax(floor(probes->count * allowed / samples), PROBES_MIN);
+  const unsigned outliers = probes->outlier_count;
   np_error_probes_clear(f, probes);
-  return np_error_probes_choose(f, (unsigned)count, probes);
+  return np_error_probes_choose(f, (unsigned)count, outliers, probes);
 }
 
 /* Share of the whole picture's samples that are of this part. */
@@ -193,6 +202,13 @@ static double predict_time(const np_plan *plan) {
   return plan->forecast.constant_s - (1.0 - get_share(plan)) * plan->forecast.constant_common_s;
 }
 
+/* Outliers, which have NP_SEEDS_MAX seeds each, for a quarter of the samples that probes are allowed. A disk of the sun
+ * that is smaller than a pixel lies in up to four. */
+static unsigned count_outliers(const np_frame *f, double allowed, double samples) {
+  if (f->desc->integrator != NEPH_INTEGRATOR_PATH || f->is_cut || samples < 2.0) return 0;
+  return (unsigned)fmin(fmax(0.25 * allowed / (NP_SEEDS_MAX * samples), OUTLIERS_MIN), OUTLIERS_MAX);
+}
+
 static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_error_probes *out) {
   const double samples = get_mean_samples(f), pixels = (double)f->width * f->height;
   const double all_s = predict_time(plan) * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.3 : 1.0);
@@ -201,9 +217,9 @@ static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_erro
   const double count = allowed / (seeds * samples), share = get_share(plan);
   const bool is_known = count >= share * PROBES_MIN && !f->is_cut;
   const double chosen = is_known ? fmax(fmin(count, share * PROBES_MAX), PROBES_MIN) : 0.0;
-  neph_result result = np_error_probes_choose(f, (unsigned)chosen, out);
+  neph_result result = np_error_probes_choose(f, (unsigned)chosen, count_outliers(f, allowed, samples), out);
   if (!result) result = limit_probes(f, allowed / seeds, out);
-  return result || !out->count ? result : np_error_probes_sample(f, seeds, out);
+  return result || !(out->count + out->outlier_count) ? result : np_error_probes_sample(f, seeds, out);
 }
 
 /* Traces some of the probes by the path tracer. The results are dropped if tracing takes more than a quarter of the

@@ -75,9 +75,24 @@ static void add_up(const np_frame *f, np_error_probes *probes) {
     squares += square * square;
   }
   probes->pixel_count = count;
-  if (!(count > 0.0)) return;
-  probes->bright_share = bright_count / count;
-  probes->by_spread = (np_uncertain){sum / count, sqrt(fmax(squares - sum * sum / count, 0.0)) / count};
+  probes->sum = sum;
+  probes->squares = squares;
+  if (count > 0.0) probes->bright_share = bright_count / count;
+}
+
+np_uncertain np_error_probes_average_spread(const np_error_probes *probes) {
+  const double count = probes->pixel_count, sum = probes->sum;
+  return (np_uncertain){sum / count, sqrt(fmax(probes->squares - sum * sum / count, 0.0)) / count};
+}
+
+static np_error_probe start_probe(const np_frame *f, size_t i, double share) {
+  return (np_error_probe){
+      .at = {f->min[0] + (int)(i % f->width), f->min[1] + (int)(i / f->width)},
+      .share = share,
+      .count = (double)f->luminances[i].count,
+      .value = (double)f->luminances[i].value,
+      .around = measure_surroundings(f, i).others,
+  };
 }
 
 /* Chooses pixels by systematic sampling along the rows: half of the density is proportional to the expected noise,
@@ -92,15 +107,26 @@ static void choose(const np_frame *f, unsigned count, const float *guesses, np_e
     if (guesses[i] < 0.0f) continue;
     const double chance = all > 0.0 ? 0.5 / pixels + 0.5 * (double)guesses[i] / all : 1.0 / pixels;
     sum += chance;
-    const double around = measure_surroundings(f, i).others;
     for (; next < sum && probes->count < count; next += 1.0 / count)
-      probes->probe[probes->count++] = (np_error_probe){
-          .at = {f->min[0] + (int)(i % f->width), f->min[1] + (int)(i / f->width)},
-          .share = 1.0 / (chance * pixels * count),
-          .count = (double)f->luminances[i].count,
-          .around = around,
-      };
+      probes->probe[probes->count++] = start_probe(f, i, 1.0 / (chance * pixels * count));
   }
+}
+
+/* The pixels whose spread states most, put after the probes in descending order. */
+static void choose_outliers(const np_frame *f, unsigned count, np_error_probes *probes) {
+  np_error_probe *outlier = probes->probe + probes->count;
+  for (size_t i = 0; i < count_pixels(f); i++) {
+    const surroundings around = measure_surroundings(f, i);
+    if (!(around.mean > probes->dim)) continue;
+    const double square = compute_by_spread(&f->luminances[i], around.others, probes->dim);
+    if (probes->outlier_count == count && !(square > outlier[count - 1].by_spread)) continue;
+    unsigned at = probes->outlier_count < count ? probes->outlier_count++ : count - 1;
+    for (; at && square > outlier[at - 1].by_spread; at--) outlier[at] = outlier[at - 1];
+    outlier[at] = start_probe(f, i, 0.0);
+    outlier[at].is_outlier = true;
+    outlier[at].by_spread = square;
+  }
+  probes->outlier_least = probes->outlier_count ? outlier[probes->outlier_count - 1].by_spread : (double)INFINITY;
 }
 
 /* Moves a uniform selection of the probes to the front, for the path tracer. */
@@ -116,13 +142,12 @@ static void put_traced_first(np_error_probes *probes, unsigned traced_count) {
 
 /* ---- Sampling ---- */
 
-typedef void take_fn(np_error_probe *probe, unsigned seed, double dim, const np_pixel_luminance *luminance);
+typedef void take_fn(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance);
 
 typedef struct probe_job {
   const np_frame *frame; /* a copy with another seed */
   uint32_t begin, count; /* samples; a count of 0: as many as the frame took */
   unsigned seed;         /* its number */
-  double dim;
   take_fn *take;
   np_error_probe *probe;
 } probe_job;
@@ -139,7 +164,7 @@ static neph_result sample_probes(void *user, size_t begin, size_t end, unsigned 
     if (result) return result;
     const np_spread spread = np_channels_get_spread(&job->frame->channels, numbers, count);
     const np_pixel_luminance luminance = np_frame_get_luminance(job->frame, &spread);
-    job->take(probe, job->seed, job->dim, &luminance);
+    job->take(probe, job->seed, &luminance);
   }
   return NEPH_OK;
 }
@@ -154,38 +179,86 @@ static neph_result sample_seeds(np_frame *copy, neph_render_desc *desc, unsigned
     job->seed = k;
     result = np_parallel_for(copy->assembly->context, copy->monitor, probe_count, 1, sample_probes, job);
   }
+  desc->seed = own;
   return result;
 }
 
-/* Samples one probe with one seed. `variance` accumulates squares until all seeds are done. */
-static void take_sample(np_error_probe *probe, unsigned seed, double dim, const np_pixel_luminance *luminance) {
-  probe->half[seed % 2] += (double)luminance->value;
-  probe->variance += (double)luminance->value * (double)luminance->value;
-  probe->by_spread += compute_by_spread(luminance, probe->around, dim);
+static void take_sample(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance) {
+  probe->by_seed[seed] = *luminance;
+}
+
+/* A pixel's light as its seeds show it, and an outlier's own value beside them. More than the pixels around have is
+ * believed if it is not of one value alone, by the effective number of those that exceed them (Kish 1965,
+ * section 11.7): the sun's disk in a gap between clouds is repeated, a rare path is not. */
+static double find_level(const np_error_probe *p, unsigned count) {
+  const double base = p->around > 0.0 ? p->around : 0.0, first = p->is_outlier ? p->value : 0.0;
+  double sum = first, excess = fmax(first - base, 0.0), squares = excess * excess;
+  for (unsigned k = 0; k < count; k++) {
+    const double value = (double)p->by_seed[k].value, more = fmax(value - base, 0.0);
+    sum += value;
+    excess += more;
+    squares += more * more;
+  }
+  const double mean = sum / (p->is_outlier ? count + 1.0 : count);
+  return excess * excess > 1.5 * squares ? fmax(base, mean) : base;
+}
+
+/* A dark pixel beside a bright edge is as dark as its seeds say, a bright one may have met a rare path. */
+static void sum_seeds(const np_error_probes *probes, np_error_probe *p, unsigned count) {
+  double sum = 0.0, squares = 0.0;
+  for (unsigned k = 0; k < count; k++) {
+    const double value = (double)p->by_seed[k].value;
+    sum += value;
+    squares += value * value;
+    p->half[k % 2] += 2.0 * value / count;
+  }
+  const double mean = sum / count;
+  p->variance = fmax(squares / count - mean * mean, 0.0) * count / (count - 1.0);
+  p->level = find_level(p, count);
+  p->scale = fmin(np_image_weigh_scale(mean, p->around, sqrt(p->variance / count)), mean);
+  if (p->level > p->around && p->variance > probes->outlier_least * p->scale * p->scale) p->scale = mean;
+}
+
+/* Relative variance of a pixel as its spread states it, where seeds have shown its mean. */
+static double compute_by_seeds(const np_error_probes *probes, const np_error_probe *p, const np_pixel_luminance *l) {
+  const double square = compute_by_spread(l, p->around, probes->dim);
+  if (square < probes->outlier_least) return square;
+  return fmin(square, compute_by_spread(l, p->level, probes->dim));
+}
+
+static void average_spreads(const np_error_probes *probes, np_error_probe *p, unsigned count) {
+  p->by_spread = 0.0;
+  for (unsigned k = 0; k < count; k++) p->by_spread += compute_by_seeds(probes, p, &p->by_seed[k]) / count;
+}
+
+static void restate_outliers(const np_frame *f, np_error_probes *probes) {
+  for (unsigned i = probes->count; i < probes->count + probes->outlier_count; i++) {
+    const np_error_probe *p = &probes->probe[i];
+    const size_t at = (size_t)(p->at[1] - f->min[1]) * f->width + (size_t)(p->at[0] - f->min[0]);
+    const double square = compute_by_seeds(probes, p, &f->luminances[at]);
+    probes->sum += square - p->by_spread;
+    probes->squares += square * square - p->by_spread * p->by_spread;
+  }
 }
 
 neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_error_probes *probes) {
   neph_render_desc desc;
   np_frame *copy = np_frame_copy_for_luminance(f, &desc);
   if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
-  probe_job job = {
-      .frame = copy, .begin = f->desc->sample_begin, .take = take_sample, .probe = probes->probe, .dim = probes->dim};
+  np_error_probe *outliers = probes->probe + probes->count;
+  probe_job job = {.frame = copy, .begin = f->desc->sample_begin, .take = take_sample, .probe = probes->probe};
   neph_result result = sample_seeds(copy, &desc, 0, seed_count, probes->count, &job);
-  for (unsigned i = 0; i < probes->count; i++) {
-    np_error_probe *p = &probes->probe[i];
-    const double mean = (p->half[0] + p->half[1]) / seed_count, n = seed_count;
-    p->variance = fmax(p->variance / n - mean * mean, 0.0) * n / (n - 1.0);
-    p->by_spread /= n;
-    /* A dark pixel beside a bright edge is as dark as its seeds say, a bright one may have met a rare path. */
-    p->scale = fmin(np_image_weigh_scale(mean, p->around, sqrt(p->variance / n)), mean);
-    for (int k = 0; k < 2; k++) p->half[k] *= 2.0 / n;
-  }
+  job.probe = outliers;
+  if (!result) result = sample_seeds(copy, &desc, 0, NP_SEEDS_MAX, probes->outlier_count, &job);
+  for (unsigned i = 0; i < probes->count; i++) sum_seeds(probes, &probes->probe[i], seed_count);
+  for (unsigned i = 0; i < probes->count; i++) average_spreads(probes, &probes->probe[i], seed_count);
+  for (unsigned i = 0; i < probes->outlier_count; i++) sum_seeds(probes, &outliers[i], NP_SEEDS_MAX);
+  restate_outliers(f, probes);
   np_alloc_free(f->assembly->context, copy);
   return result;
 }
 
-static void take_traced(np_error_probe *probe, unsigned seed, double dim, const np_pixel_luminance *luminance) {
-  (void)dim;
+static void take_traced(np_error_probe *probe, unsigned seed, const np_pixel_luminance *luminance) {
   probe->traced[seed] = (double)luminance->value;
 }
 
@@ -210,16 +283,17 @@ neph_result np_error_probes_trace(const np_frame *f, unsigned probe_count, unsig
   return result;
 }
 
-neph_result np_error_probes_choose(const np_frame *f, unsigned count, np_error_probes *out) {
+neph_result np_error_probes_choose(const np_frame *f, unsigned count, unsigned outlier_count, np_error_probes *out) {
   neph_context *context = f->assembly->context;
-  *out = (np_error_probes){.dim = compute_dim(f)};
+  *out = (np_error_probes){.dim = compute_dim(f), .outlier_least = (double)INFINITY};
   add_up(f, out);
-  if (!count || !(out->pixel_count > 0.0)) return NEPH_OK;
+  if (!(count + outlier_count) || !(out->pixel_count > 0.0)) return NEPH_OK;
   float *guesses = np_alloc(context, count_pixels(f), sizeof *guesses);
-  out->probe = np_alloc(context, count, sizeof *out->probe);
+  out->probe = np_alloc(context, count + outlier_count, sizeof *out->probe);
   if (guesses && out->probe) {
     for (size_t i = 0; i < count_pixels(f); i++) guesses[i] = (float)guess_noise(f, out->dim, i);
-    choose(f, count, guesses, out);
+    if (count) choose(f, count, guesses, out);
+    if (outlier_count) choose_outliers(f, outlier_count, out);
   }
   np_alloc_free(context, guesses);
   return guesses && out->probe ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
