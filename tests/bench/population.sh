@@ -3,7 +3,7 @@
 # The march against the path tracer in scenes that are drawn and not chosen: prints docs/results/population.md.
 #
 #   sh population.sh NEPHOS --seed N --count K [--folder DIR] [--limit SECONDS] [--page FILE] [--scenes N,N…]
-#                    [--resolution WxH] [--worst SHARE] [--shared]
+#                    [--resolution WxH] [--worst SHARE] [--shared] [--machine FILE] [--jobs N]
 #
 # NEPHOS        the program
 # --seed        hexadecimal digits: the first eight of the commit that is measured
@@ -13,6 +13,9 @@
 # --page        file of the page; default standard output
 # --scenes      numbers of the draw, 0 the first, in place of the first K that show clouds
 # --resolution  of the pictures; default 64x36
+# --machine     file of this machine's factors on predicted seconds (nephos report --calibrate), measured if it is not
+#               there; without it the built-in costs are compared
+# --jobs        scenes at once, each on one thread; default: all threads of the machine
 # --shared      pictures of a scene share bakes, tables and light by a cache: the same bits in less time, and seconds that
 #               leave out what was there
 # --worst       the command fails where a resolved region errs by more than this share

@@ -9,6 +9,7 @@ import sys
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "population"))
 
+import pictures  # noqa: E402
 from pictures import Refused, run  # noqa: E402
 from scenes import draw_points, draw_scene  # noqa: E402
 
@@ -80,10 +81,9 @@ def calibrate(nephos, folder):
     """Measures this machine once: its file of factors, and seconds of the stages of NP_CALIBRATION_ROWS."""
     machine, kept = (os.path.join(folder, name) for name in ("machine.json", "calibration.json"))
     if not (os.path.exists(machine) and os.path.exists(kept)):
-        command = [nephos, "report", "--calibrate", "-o", machine, "-v", "-v"]
-        done = subprocess.run(command, capture_output=True, text=True)
+        messages = pictures.calibrate(nephos, machine)
         with open(kept, "w") as out:
-            json.dump([float(text) for text in CALIBRATED.findall(done.stderr)], out)
+            json.dump([float(text) for text in CALIBRATED.findall(messages)], out)
     return machine
 
 

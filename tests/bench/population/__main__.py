@@ -6,11 +6,13 @@ import json
 import os
 import sys
 import tempfile
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy
 
-from pictures import Refused, compute_regions, render, run
+from pictures import Refused, calibrate, compute_regions, render, run
 from report import print_page
 from scenes import draw_heights, draw_points, draw_scene
 
@@ -151,14 +153,16 @@ def compare_pixels(marches, paths):
 
 
 def measure(nephos, point, folder, name, options):
-    """All that the page says of one scene; None: it shows no cloud, or its camera is in the ground."""
+    """All that the page says of one scene; None: it shows no cloud, or its camera is in the ground. Each picture takes
+    one thread, so that its CPU seconds are those that a plan predicts for one."""
     scene, kinds = write_scene(nephos, point, folder, name)
-    stem, size = os.path.join(folder, name), ("--resolution", options.resolution)
+    stem, size = os.path.join(folder, name), ("--resolution", options.resolution, "-t", 1)
     common = (*size, *choose_cache(options, folder, name))
     _, cover, look = render(nephos, scene, stem + ".look.exr", *common, "--quality", "draft", "--samples", 1)
     if cover.mean() < COVER_LEAST or "below the ground" in look["messages"]:
         return None
-    predicted = json.loads(run(nephos, "render", scene, *size, "--explain", "--json", "-q")[0])["prediction"]
+    machine = ("--machine", options.machine) if options.machine else ()
+    predicted = json.loads(run(nephos, "render", scene, *size, *machine, "--explain", "--json", "-q")[0])["prediction"]
     march, cover, facts = render(nephos, scene, stem + ".march.exr", *common)
     again, _, _ = render(nephos, scene, stem + ".again.exr", *common, "--set", "render.seed=77")
     reference, error, is_resolved, is_seen, seconds, paths, noise = render_reference(nephos, scene, stem, common,
@@ -172,35 +176,54 @@ def measure(nephos, point, folder, name, options):
         "place": numpy.flatnonzero(is_resolved).tolist(), "seen": int(is_seen.sum()),
         "true_bias": true_bias, "bias_bounds": bounds, "true_error": true_error,
         "path_noise": noise, "stated_bias": facts["bias"], "stated_error": facts["error"],
-        "seconds": facts["seconds"], "predicted_seconds": predicted["seconds"],
+        "seconds": facts["cpu_seconds"], "predicted_seconds": predicted["seconds"],
         "bytes": facts["memory_bytes"], "predicted_bytes": predicted["bytes"],
         "bad": int((~numpy.isfinite(march) | (march < 0)).any(-1).sum()), "reference_seconds": seconds,
     }
 
 
+def measure_if_allowed(nephos, point, folder, name, options):
+    """Result of a scene, or the message by which the program refused it."""
+    try:
+        return measure(nephos, point, folder, name, options)
+    except Refused as refusal:
+        return str(refusal)
+
+
+def measure_in_turn(nephos, folder, options):
+    """Names and results of the drawn scenes in their order; those that follow are measured meanwhile."""
+    drawn, waiting = max([4 * options.count] + [n + 1 for n in options.scenes or []]), deque()
+    with ThreadPoolExecutor(options.jobs) as pool:
+        for i, point in enumerate(draw_points(int(options.seed, 16), drawn)):
+            if options.scenes and i not in options.scenes:
+                continue
+            name = f"{options.seed}.{i}"
+            waiting.append((name, pool.submit(measure_if_allowed, nephos, point, folder, name, options)))
+            if len(waiting) >= options.jobs:
+                name, job = waiting.popleft()
+                yield name, job.result()
+        for name, job in waiting:
+            yield name, job.result()
+
+
 def measure_all(nephos, folder, options):
     """Results of the scenes, and those that the program refused, with its messages."""
     os.makedirs(folder, exist_ok=True)
+    if options.machine and not os.path.exists(options.machine):
+        calibrate(nephos, options.machine)
     results, refused = [], []
-    drawn = max([4 * options.count] + [n + 1 for n in options.scenes or []])
-    for i, point in enumerate(draw_points(int(options.seed, 16), drawn)):
-        if len(results) + len(refused) == options.count:
-            break
-        if options.scenes and i not in options.scenes:
-            continue
-        name = f"{options.seed}.{i}"
-        try:
-            found = measure(nephos, point, folder, name, options)
-        except Refused as refusal:
-            refused.append((name, str(refusal)))
-            print(f"{name}: {refusal}", file=sys.stderr)
-            continue
-        if found:
+    for name, found in measure_in_turn(nephos, folder, options):
+        if isinstance(found, str):
+            refused.append((name, found))
+            print(f"{name}: {found}", file=sys.stderr)
+        elif found:
             results.append(found)
             worst = max((abs(b) for row in found["bias"] for b in row), default=0.0)
             print(f"{name}: {len(found['bias'])} of {found['seen']} regions resolved, worst {100 * worst:.1f} %, "
                   f"stated bias {100 * found['stated_bias']:.1f} %, true {100 * found['true_bias']:.1f} %, reference "
                   f"{found['reference_seconds']:.0f} CPU s", file=sys.stderr)
+        if len(results) + len(refused) == options.count:
+            break
     return results, refused
 
 
@@ -215,6 +238,8 @@ def main():
     parser.add_argument("--resolution", default="64x36", help="of the pictures")
     parser.add_argument("--scenes", type=lambda text: [int(n) for n in text.split(",")],
                         help="numbers of the draw, 0 the first, in place of all that show clouds")
+    parser.add_argument("--machine", help="file of factors on predicted seconds, measured if it is not there")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="scenes at once, each on one thread")
     parser.add_argument("--shared", action="store_true", help="a cache for each scene, which seconds of the page leave out")
     parser.add_argument("--worst", type=float, help="fail where a resolved region errs by more; a share")
     options = parser.parse_args()

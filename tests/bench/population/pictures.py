@@ -3,9 +3,9 @@
 
 import json
 import os
-import resource
 import struct
 import subprocess
+import tempfile
 import zlib
 
 import numpy
@@ -19,12 +19,21 @@ class Refused(Exception):
 
 def run(nephos, *arguments):
     """Output of a command, its CPU seconds, and its messages."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([nephos, *map(str, arguments)], capture_output=True, text=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as messages:
+        done = subprocess.Popen([nephos, *map(str, arguments)], stdout=out, stderr=messages)
+        _, status, used = os.wait4(done.pid, 0)
+        done.returncode = os.waitstatus_to_exitcode(status)
+        out.seek(0)
+        messages.seek(0)
+        text, said = out.read(), messages.read()
     if done.returncode != 0:
-        raise Refused(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit {done.returncode}")
-    return done.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.stderr
+        raise Refused(said.strip().splitlines()[-1] if said.strip() else f"exit {done.returncode}")
+    return text, used.ru_utime + used.ru_stime, said
+
+
+def calibrate(nephos, machine):
+    """Measures this machine into a file of factors on predicted seconds; the messages."""
+    return run(nephos, "report", "--calibrate", "-o", machine, "-v", "-v")[2]
 
 
 LINES = {0: 1, 2: 1, 3: 16}  # scan lines of a chunk by compression: none, ZIPS, ZIP

@@ -78,7 +78,7 @@ def print_scenes(results, out):
              f"{100 * r['stated_bias']:.1f}", f"{100 * r['true_error']:.1f}", f"{100 * r['stated_error']:.1f}",
              f"{r['seconds']:.1f}", f"{r['predicted_seconds']:.1f}", f"{r['bytes'] / 1e6:.0f}",
              f"{r['predicted_bytes'] / 1e6:.0f}"] for r in results]
-    print("Bias, with bounds of three deviations, and error of a pixel in %, seconds of the wall, memory in MB.\n",
+    print("Bias, with bounds of three deviations, and error of a pixel in %, CPU seconds on one thread, memory in MB.\n",
           file=out)
     print_table(out, ["scene", "kinds", "resolved", "bias", "stated", "error", "stated", "seconds", "predicted", "memory",
                       "predicted"], rows)
