@@ -324,14 +324,13 @@ typedef struct picture {
   float y[PIXELS];
 } picture;
 
-/* `detail` NULL: the scene as it is. */
 static void render(test_fixture *f, const char *integrator, const char *samples, const char *detail, picture *out) {
   neph_scene *scene;
   neph_image *image;
   assert_int_equal(neph_scene_load_text(f->context, scene_text, NULL, &scene), NEPH_OK);
   assert_int_equal(neph_scene_set(scene, "render.integrator", integrator), NEPH_OK);
   assert_int_equal(neph_scene_set(scene, "render.samples", samples), NEPH_OK);
-  if (detail && neph_scene_set(scene, "clouds[0].detail", detail)) fail_msg("%s", f->log.text);
+  if (neph_scene_set(scene, "clouds[0].detail", detail)) fail_msg("%s", f->log.text);
   if (neph_render_image(scene, NULL, &image)) fail_msg("%s", f->log.text);
   memcpy(out->y, neph_image_get_channel(image, "G"), sizeof out->y);
   neph_image_destroy(image);
@@ -352,7 +351,7 @@ static void pictures_follow_the_keys(void **state) {
   static const char *const integrators[] = {"march", "path"};
   for (int i = 0; i < 2; i++) {
     picture none, zero, some, again, other;
-    render(f, integrators[i], "4", NULL, &none);
+    render(f, integrators[i], "4", "none", &none);
     render(f, integrators[i], "4", "{strength: 0, size: 20 m}", &zero);
     render(f, integrators[i], "4", "{strength: 0.8, size: 30 m, seed: 1}", &some);
     render(f, integrators[i], "4", "{strength: 0.8, size: 30 m, seed: 1}", &again);
@@ -368,7 +367,7 @@ static void pictures_follow_the_keys(void **state) {
 /* The march is as close to the path tracer's mean as without detail, except that light tables ignore detail. */
 static void march_is_close_to_path(void **state) {
   test_fixture *f = *state;
-  static const char *const details[] = {NULL, "{strength: 1, size: 40 m}"};
+  static const char *const details[] = {"none", "{strength: 1, size: 40 m}"};
   double ratio[2];
   for (int n = 0; n < 2; n++) {
     picture march, path;
@@ -400,6 +399,7 @@ static void bad_values_are_refused(void **state) {
 /* A lens narrow enough for a voxel to cover three pixels, and one so wide that it covers less than one. */
 static const char narrow[] = "20 deg", wide[] = "90 deg";
 
+/* `detail` NULL: the default. */
 static void render_lens(test_fixture *f, const char *integrator, const char *quality, const char *fov,
                         const char *detail, picture *out) {
   neph_scene *scene;
@@ -415,22 +415,62 @@ static void render_lens(test_fixture *f, const char *integrator, const char *qua
   neph_scene_destroy(scene);
 }
 
-/* Automatic detail comes where voxels are seen, in final pictures. Elsewhere a cloud has the bits of none. */
+/* Automatic detail, the default of bakes, comes where voxels are seen, in final pictures. Elsewhere a cloud has the
+ * bits of none. */
 static void detail_comes_where_voxels_are_seen(void **state) {
   test_fixture *f = *state;
   static const char *const integrators[] = {"march", "path"};
   for (int i = 0; i < 2; i++) {
-    picture none, seen;
-    render_lens(f, integrators[i], "final", narrow, NULL, &none);
+    picture none, seen, unset;
+    render_lens(f, integrators[i], "final", narrow, "none", &none);
     render_lens(f, integrators[i], "final", narrow, "auto", &seen);
+    render_lens(f, integrators[i], "final", narrow, NULL, &unset);
     assert_memory_not_equal(&seen, &none, sizeof none);
+    assert_memory_equal(&unset, &seen, sizeof none);
     assert_near_relative(sum_pixels(&seen), sum_pixels(&none), 0.1);
-    render_lens(f, integrators[i], "final", wide, NULL, &none);
-    render_lens(f, integrators[i], "final", wide, "auto", &seen);
-    assert_memory_equal(&seen, &none, sizeof none);
-    render_lens(f, integrators[i], "preview", narrow, NULL, &none);
-    render_lens(f, integrators[i], "preview", narrow, "auto", &seen);
-    assert_memory_equal(&seen, &none, sizeof none);
+    render_lens(f, integrators[i], "final", wide, "none", &none);
+    render_lens(f, integrators[i], "final", wide, NULL, &unset);
+    assert_memory_equal(&unset, &none, sizeof none);
+    render_lens(f, integrators[i], "preview", narrow, "none", &none);
+    render_lens(f, integrators[i], "preview", narrow, NULL, &unset);
+    assert_memory_equal(&unset, &none, sizeof none);
+  }
+}
+
+/* Strength of the detail of a near cloud that leaves it to the default. */
+static double get_default_strength(test_fixture *f, const char *text) {
+  const np_request request = {.desc = {.width = 960, .height = 540}};
+  neph_scene *scene;
+  if (neph_scene_load_text(f->context, text, NULL, &scene)) fail_msg("%s", f->log.text);
+  const np_dvec3 low = {-100.0, -1450.0, 800.0}, high = {100.0, -1300.0, 1000.0};
+  const double strength = np_plan_get_fine_detail(&request, scene, &scene->clouds[0], 40.0, low, high).strength;
+  neph_scene_destroy(scene);
+  return strength;
+}
+
+/* Bakes with billows have automatic detail by default, unless their interpolation is nearest. Files have none. */
+static void bakes_with_billows_have_detail_by_default(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    const char *cloud;
+    double strength;
+  } cases[] = {{"{bake: {model: hero, voxel: 40 m}}", 0.8},
+               {"{bake: {model: thermals, voxel: 40 m}}", 0.8},
+               {"{bake: {model: cells, voxel: 40 m}}", 0.8},
+               {"{bake: {model: deck, voxel: 40 m}}", 0.8},
+               {"{bake: {model: fog, voxel: 40 m}}", 0.0},
+               {"{bake: {model: lenses, voxel: 40 m}}", 0.0},
+               {"{bake: {model: hero, voxel: 40 m}, interpolation: nearest}", 0.0},
+               {"{bake: {model: hero, voxel: 40 m}, detail: none, interpolation: nearest}", 0.0},
+               {"{vdb: ball.vdb, extinction: 1 1/m}", 0.0},
+               {"{vdb: ball.vdb, extinction: 1 1/m, detail: auto}", 0.8}};
+  for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+    char text[512];
+    (void)snprintf(text, sizeof text,
+                   "version: 1\ncamera: {position: [0 m, -1500 m, 900 m], look_at: [0 m, 0 m, 900 m], fov: 50 deg}\n"
+                   "clouds: [%s]\n",
+                   cases[n].cloud);
+    assert_near(get_default_strength(f, text), cases[n].strength, 1e-9);
   }
 }
 
@@ -446,7 +486,6 @@ static void strength_goes_by_pixels_without_a_step(void **state) {
   test_fixture *f = *state;
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, scene_text, NULL, &scene), NEPH_OK);
-  assert_int_equal(neph_scene_set(scene, "clouds[0].detail", "auto"), NEPH_OK);
   for (int a = 0; a < 3; a++) scene->camera.position_m[a] = 0.0;
   const double pixel_rad = np_scene_camera_get_pixel_rad(&scene->camera, 960, 540), most = 0.8;
   assert_near(get_strength(scene, 0.0), most, 1e-9);
@@ -581,6 +620,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(march_is_close_to_path, set_up_pictures, test_tear_down),
       cmocka_unit_test_setup_teardown(an_import_has_detail, set_up_file, test_tear_down),
       cmocka_unit_test_setup_teardown(detail_comes_where_voxels_are_seen, set_up_pictures, test_tear_down),
+      cmocka_unit_test_setup_teardown(bakes_with_billows_have_detail_by_default, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(strength_goes_by_pixels_without_a_step, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bad_values_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(placements_have_detail, set_up, test_tear_down),

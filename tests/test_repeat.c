@@ -298,7 +298,8 @@ static const char scene[] =
     "sun: {elevation: 40 deg, azimuth: 120 deg}\n"
     "atmosphere: {tolerance: 0.1}\n"
     "clouds:\n"
-    "  - bake: {model: deck, extent: 4 km, voxel: 100 m, coverage: 0.7, cell: 1 km, seed: 3, repeat: 16 km}\n"
+    "  - {detail: none,\n"
+    "     bake: {model: deck, extent: 4 km, voxel: 100 m, coverage: 0.7, cell: 1 km, seed: 3, repeat: 16 km}}\n"
     "render: {integrator: path, samples: 4, light_memory: 400 MB}\n";
 
 /* Pictures of one field in its copies and levels share bakes and tables by a cache, which holds the bits of a bake. */

@@ -106,8 +106,10 @@ static bool has_billows(neph_cloud_model model) {
 }
 
 static bool has_auto_detail(const neph_scene *scene, const np_scene_cloud *cloud) {
-  return cloud->detail.kind == NP_DETAIL_AUTO && scene->render.quality >= NP_QUALITY_FINAL &&
-         (!cloud->is_baked || has_billows(cloud->bake.model));
+  if (scene->render.quality < NP_QUALITY_FINAL) return false;
+  if (cloud->is_baked && !has_billows(cloud->bake.model)) return false;
+  const bool is_default = cloud->detail.kind == NP_DETAIL_BAKES && cloud->is_baked;
+  return cloud->detail.kind == NP_DETAIL_AUTO || (is_default && cloud->interpolation == NEPH_INTERPOLATION_LINEAR);
 }
 
 np_scene_detail np_plan_get_fine_detail(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud,

@@ -80,8 +80,8 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
                             "clouds[%u] has no source, must have vdb or netcdf, a file, or bake, parameters", index);
   const np_node *water = np_node_search(node, "liquid_water");
   if (water && !np_node_search(water, "effective_radius"))
-    return np_scene_fail_at(problems, water,
-                            "clouds[%u].liquid_water has no effective_radius, that of the droplets", index);
+    return np_scene_fail_at(problems, water, "clouds[%u].liquid_water has no effective_radius, that of the droplets",
+                            index);
   return NEPH_OK;
 }
 
@@ -297,7 +297,8 @@ static neph_result check_endless(const neph_scene *scene, unsigned index, const 
 static neph_result check_interpolation(const neph_scene *scene, unsigned index, const np_node *node,
                                        np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  if (cloud->interpolation == NEPH_INTERPOLATION_LINEAR || cloud->detail.kind == NP_DETAIL_NONE) return NEPH_OK;
+  const bool has_detail = cloud->detail.kind == NP_DETAIL_AUTO || cloud->detail.kind == NP_DETAIL_GIVEN;
+  if (cloud->interpolation == NEPH_INTERPOLATION_LINEAR || !has_detail) return NEPH_OK;
   return np_scene_fail_at(
       problems, np_node_search(node, "interpolation"),
       "clouds[%u].interpolation is nearest, which excludes clouds[%u].detail: leave one of them out", index, index);

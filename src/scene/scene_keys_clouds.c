@@ -18,7 +18,7 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice interpolations[] = {
     {"linear", NEPH_INTERPOLATION_LINEAR}, {"nearest", NEPH_INTERPOLATION_NEAREST}, {NULL, 0}};
-static const np_choice details[] = {{"auto", NP_DETAIL_AUTO}, {NULL, 0}};
+static const np_choice details[] = {{"auto", NP_DETAIL_AUTO}, {"none", NP_DETAIL_NONE}, {NULL, 0}};
 static const np_choice repeats[] = {{"none", NP_REPEAT_NONE}, {"file", NP_REPEAT_FILE}, {NULL, 0}};
 static const np_choice habits[] = {
     {"mixed", NEPH_ICE_MIXED}, {"column", NEPH_ICE_COLUMN}, {"plate", NEPH_ICE_PLATE}, {NULL, 0}};
@@ -261,7 +261,8 @@ static const np_key keys[] = {
     {.path = "clouds[].detail", .type = NP_KEY_SECTION, .choices = details, .field = CLOUD(detail.kind),
      .tag = CLOUD(detail.kind), .tag_value = NP_DETAIL_GIVEN,
      .meaning = "procedural billows at the cloud's edges, finer than its voxels, added while rendering; auto: where "
-                "voxels cover more than 1.5 pixels, if render.quality is final or reference"},
+                "voxels cover more than 1.5 pixels, if render.quality is final or reference; default: auto for bakes, "
+                "none for files"},
     {.path = "clouds[].detail.strength", .type = NP_KEY_REAL, .field = CLOUD(detail.strength), .range = WITHIN(0, 1),
      .fallback = "0.8", .meaning = "strength from 0, none, to 1: values between empty and full become either"},
     {.path = "clouds[].detail.size", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(detail.size_m),

@@ -146,7 +146,12 @@ typedef struct np_scene_emission {
 #define NP_FLAME_KEY "clouds[].emission.flame"
 
 /* Subvoxel detail of a cloud: none, where voxels are larger than pixels, or by the scene's keys. */
-typedef enum np_detail_kind { NP_DETAIL_NONE, NP_DETAIL_AUTO, NP_DETAIL_GIVEN } np_detail_kind;
+typedef enum np_detail_kind {
+  NP_DETAIL_BAKES, /* default: automatic for bakes, none for files */
+  NP_DETAIL_NONE,
+  NP_DETAIL_AUTO,
+  NP_DETAIL_GIVEN
+} np_detail_kind;
 
 /* Procedural detail finer than a cloud's voxels. */
 typedef struct np_scene_detail {
