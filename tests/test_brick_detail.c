@@ -10,6 +10,7 @@
 #include "scene/scene_private.h"
 #include "test_support.h"
 #include "volume/brick_detail.h"
+#include "volume/detail_voxel.h"
 #include "volume/tracking.h"
 #include "volume/volume_private.h"
 
@@ -92,6 +93,39 @@ static void majorants_are_never_exceeded(void **state) {
       assert_true(changed > 2000);
       np_detailed_bricks_destroy(detailed);
     }
+    neph_volume_release(volume);
+  }
+}
+
+/* Detail changes no value by more than the bound of its voxel, which is 0 in most voxels of a ball. */
+static void bounds_of_voxels_hold(void **state) {
+  test_fixture *f = *state;
+  for (int kind = 0; kind < 2; kind++) {
+    neph_volume *volume = make_volume(f->context, kind == 0 ? sample_ball : sample_noise, false);
+    np_detailed_bricks *detailed = add_detail(f->context, volume, 0.8f, 2.0, 7);
+    const np_bricks *bricks = &detailed->bricks;
+    np_random random = np_random_start(4, 0, 0, 0, 0);
+    int located = 0, unbounded = 0, changed = 0;
+    for (int n = 0; n < 40000; n++) {
+      int32_t cell[3];
+      np_vec3 local;
+      if (!np_bricks_locate(bricks, draw_place(&random), cell, &local)) continue;
+      const np_brick_place place = np_bricks_get_place(bricks, cell);
+      const uint32_t brick = np_bricks_get_brick(bricks, &place);
+      if (brick == NP_BRICK_NONE) continue;
+      const np_detail_voxel voxel = np_detail_voxel_load(bricks, brick, local);
+      const float excess = np_brick_detail_get_excess((np_brick_ref){bricks, brick, cell}, local, 0.0f);
+      const float bound = np_detail_voxel_bound(bricks, brick, &voxel);
+      assert_true(np_detail_voxel_mix(bricks, &voxel, local) == np_brick_sample(bricks, brick, local));
+      if (!(fabsf(excess) <= bound)) fail_msg("%g is beyond %g", (double)excess, (double)bound);
+      located++;
+      unbounded += bound == 0.0f;
+      changed += excess != 0.0f;
+    }
+    assert_true(changed > 2000);
+    print_message("%d of %d places without a bound, %d changed\n", unbounded, located, changed);
+    if (kind == 0) assert_true(unbounded > located / 2);
+    np_detailed_bricks_destroy(detailed);
     neph_volume_release(volume);
   }
 }
@@ -609,6 +643,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(majorants_are_never_exceeded, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(majorants_are_tight, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(bounds_of_voxels_hold, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(mean_is_that_of_the_grid, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(lines_follow_their_footprint, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(faces_are_not_seen, set_up, test_tear_down),

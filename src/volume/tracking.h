@@ -10,6 +10,7 @@
 
 #include "core/random.h"
 #include "core/stable.h"
+#include "volume/detail_voxel.h"
 #include "volume/places.h"
 #include "volume/voxel_walk.h"
 
@@ -25,27 +26,48 @@ static inline float np_track_voxels_per_m(const np_instance *volume, np_vec3 dir
   return (float)np_dvec3_length(np_affine_vector(&volume->world_to_index, np_vec3_to_double(direction)));
 }
 
+/* Parts of a segment in a brick between the faces of its voxels, as shares of the segment. */
+typedef struct np_track_faces {
+  float next[3], stride[3]; /* share at the next face across each axis, and between two of them */
+  float begin, end;         /* the part */
+} np_track_faces;
+
+static inline void np_track_faces_start(np_track_faces *faces, np_vec3 begin, np_vec3 along) {
+  const float from[3] = {begin.x, begin.y, begin.z}, delta[3] = {along.x, along.y, along.z};
+  for (int a = 0; a < 3; a++) {
+    const float face = delta[a] > 0.0f ? floorf(from[a]) + 1.0f : ceilf(from[a]) - 1.0f;
+    const bool is_level = fabsf(delta[a]) < 1e-6f;
+    faces->next[a] = is_level ? INFINITY : (face - from[a]) / delta[a];
+    faces->stride[a] = is_level ? 0.0f : 1.0f / fabsf(delta[a]);
+  }
+  faces->end = 0.0f;
+}
+
+/* Goes on to the next part; false at the end of the segment. */
+static inline bool np_track_faces_next(np_track_faces *faces) {
+  faces->begin = faces->end;
+  while (faces->begin < 1.0f) {
+    const float *next = faces->next;
+    const int axis = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
+    faces->end = np_minf(next[axis], 1.0f);
+    faces->next[axis] += faces->stride[axis];
+    if (faces->end > faces->begin) return true;
+  }
+  return false;
+}
+
 /* Exact mean of the value over a segment of a span, from the local position `begin` to begin + along. Between two faces
  * of the sample lattice the trilinear field is a cubic along the ray, which two Gauss points integrate exactly. */
 static inline float np_track_mean_by(float (*sample)(const np_bricks *, uint32_t, np_vec3), const np_bricks *bricks,
                                      uint32_t brick, np_vec3 begin, np_vec3 along) {
-  const float from[3] = {begin.x, begin.y, begin.z}, delta[3] = {along.x, along.y, along.z};
-  float next[3], stride[3], sum = 0.0f;
-  for (int a = 0; a < 3; a++) {
-    const float face = delta[a] > 0.0f ? floorf(from[a]) + 1.0f : ceilf(from[a]) - 1.0f;
-    const bool is_level = fabsf(delta[a]) < 1e-6f;
-    next[a] = is_level ? INFINITY : (face - from[a]) / delta[a];
-    stride[a] = is_level ? 0.0f : 1.0f / fabsf(delta[a]);
-  }
-  for (float t = 0.0f; t < 1.0f;) {
-    const int axis = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
-    const float end = np_minf(next[axis], 1.0f), middle = 0.5f * (t + end), offset = 0.28867513f * (end - t);
-    next[axis] += stride[axis];
-    if (end <= t) continue;
+  float sum = 0.0f;
+  np_track_faces part;
+  np_track_faces_start(&part, begin, along);
+  while (np_track_faces_next(&part)) {
+    const float length = part.end - part.begin, middle = 0.5f * (part.begin + part.end), offset = 0.28867513f * length;
     const float low = sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle - offset)));
     const float high = sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle + offset)));
-    sum += 0.5f * (end - t) * (low + high);
-    t = end;
+    sum += 0.5f * length * (low + high);
   }
   return sum;
 }
@@ -198,34 +220,61 @@ static inline np_flight np_flight_force(double bound, double stretch_fraction, n
 /* Probability density of the flight over its sampling density. */
 static inline float np_flight_weight(const np_flight *flight) { return (float)(flight->weight * exp(-flight->depth)); }
 
+/* −ln of an unbiased estimate of the transmittance of a cell of moving bricks with detail, by ratio tracking beyond the
+ * cell's minimum. */
+NP_BRICK_RARE static double np_track_moving_excess(const np_instance *volume, const np_brick_walk *walk,
+                                                   const np_brick_span *span, np_random *random) {
+  const np_brick_ref ref = {volume->bricks, span->brick, span->cell};
+  const double extinction = (double)volume->extinction_per_value, gap = (double)(span->range.max - span->range.min);
+  double depth = 0.0;
+  for (double t = span->t_begin + np_track_flight(random) / (extinction * gap); t < span->t_end;
+       t += np_track_flight(random) / (extinction * gap)) {
+    const float excess = np_brick_sample_indirect(ref, np_brick_walk_local(walk, span, t)) - span->range.min;
+    depth -= log1p(-fmin((double)excess / gap, 1.0));
+  }
+  return depth;
+}
+
 /* −ln of an unbiased estimate of the transmittance of a cell with detail, by residual ratio tracking (Novák, Selle and
- * Jarosz 2014). The control is the value without detail, integrated exactly, or, for moving bricks, the minimum. */
+ * Jarosz 2014). The control is the value without detail, integrated exactly. Each voxel has its own bound: in most, of
+ * full or empty cloud, it is 0. */
 NP_BRICK_RARE static double np_track_detail_excess(const np_instance *volume, const np_brick_walk *walk,
                                                    const np_brick_span *span, np_random *random) {
   const np_brick_ref ref = {volume->bricks, span->brick, span->cell};
   const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
-  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
-  const bool is_moving = ref.bricks->motion;
-  const float mean =
-      is_moving ? span->range.min
-                : np_track_mean_by(np_brick_sample, ref.bricks, ref.brick, begin, np_vec3_subtract(end, begin));
-  const double extinction = (double)volume->extinction_per_value, gap = (double)(span->range.max - span->range.min);
-  double depth = extinction * (double)(mean - span->range.min) * (span->t_end - span->t_begin);
-  for (double t = span->t_begin + np_track_flight(random) / (extinction * gap); t < span->t_end;
-       t += np_track_flight(random) / (extinction * gap)) {
-    const np_vec3 local = np_brick_walk_local(walk, span, t);
-    const float excess = is_moving ? np_brick_sample_indirect(ref, local) - span->range.min
-                                   : np_brick_detail_get_excess(ref, local, 0.0f);
-    depth -= log1p(-fmin((double)excess / gap, 1.0));
+  const np_vec3 along = np_vec3_subtract(np_brick_walk_local(walk, span, span->t_end), begin);
+  const double extinction = (double)volume->extinction_per_value * (span->t_end - span->t_begin);
+  double depth = 0.0, left = np_track_flight(random);
+  float mean = -span->range.min;
+  np_track_faces part;
+  np_track_faces_start(&part, begin, along);
+  while (np_track_faces_next(&part)) {
+    const float length = part.end - part.begin, middle = 0.5f * (part.begin + part.end), offset = 0.28867513f * length;
+    const np_vec3 low = np_vec3_add(begin, np_vec3_scale(along, middle - offset));
+    const np_vec3 high = np_vec3_add(begin, np_vec3_scale(along, middle + offset));
+    const np_detail_voxel voxel =
+        np_detail_voxel_load(ref.bricks, ref.brick, np_vec3_add(begin, np_vec3_scale(along, middle)));
+    mean +=
+        0.5f * length * (np_detail_voxel_mix(ref.bricks, &voxel, low) + np_detail_voxel_mix(ref.bricks, &voxel, high));
+    const double bound = (double)np_detail_voxel_bound(ref.bricks, ref.brick, &voxel);
+    double t = (double)part.begin;
+    for (; left < extinction * bound * ((double)part.end - t); left = np_track_flight(random)) {
+      t += left / (extinction * bound);
+      const np_vec3 local = np_vec3_add(begin, np_vec3_scale(along, (float)t));
+      depth -= log1p(-fmin((double)np_brick_detail_get_excess(ref, local, 0.0f) / bound, 1.0));
+    }
+    left -= extinction * bound * ((double)part.end - t);
   }
-  return depth;
+  return extinction * (double)mean + depth;
 }
 
 /* Optical depth of one cell beyond the depth of its minimum. */
 static inline double np_track_span_excess(const np_instance *volume, const np_brick_walk *walk,
                                           const np_brick_span *span, np_random *random) {
   if (span->brick == NP_BRICK_NONE) return 0.0;
-  if (volume->bricks->detail) return np_track_detail_excess(volume, walk, span, random);
+  if (volume->bricks->detail)
+    return volume->bricks->motion ? np_track_moving_excess(volume, walk, span, random)
+                                  : np_track_detail_excess(volume, walk, span, random);
   const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
   const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
   const float mean = np_track_mean(volume->bricks, span->brick, span->cell, begin, np_vec3_subtract(end, begin));
