@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# The look of pictures in figures: sharpness, relief, glare of the air, noise of edges. Prints a table.
+# The look of pictures in figures: sharpness, relief, glare of the air, noise of edges, an approach. Prints a table.
 #
 #   sh look.sh NEPHOS [SEED [DETAIL [COVER]]]
 #
-# NEPHOS   the program, with the library and the Python package of its build beside it
+# NEPHOS   the program, with the library and the Python package of its build beside it (target nephos_python); Python has
+#          numpy and scipy
 # SEED     seed of the clouds; 4711
 # DETAIL   their clouds[].detail, auto; or none
 # COVER    terrain.ground_cover of the ground, temperate
@@ -13,10 +14,15 @@
 set -eu
 export LC_ALL=C
 nephos=$(realpath "$1")
+build=$(dirname "$(dirname "$nephos")")
+export NEPHOS_LIBRARY="$build/lib/libnephos.so" PYTHONPATH="$build/python"
+/usr/bin/python3 -c 'import nephos, numpy, scipy' || {
+  echo "look.sh needs the Python package in $build/python (ninja nephos_python), numpy and scipy" >&2
+  exit 1
+}
 seed=${2:-4711}
 detail=${3:-auto}
 cover=${4:-temperate}
-[ "$detail" != none ] || detail='{strength: 0}'
 here=$(dirname "$(realpath "$0")")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -71,6 +77,17 @@ sun: {elevation: 1 deg, azimuth: 60 deg}
 output: {exposure: meter}
 render: {samples: 2}
 END
+# One cloud, which a camera approaches from 3 km to 150 m before it.
+cat >approach.yaml <<END
+version: 1
+camera: {position: [-3 km, -5 km, 1.4 km], look_at: [0 m, 0 m, 1.8 km], fov: 50 deg, resolution: [160, 90]}
+sun: {elevation: 38 deg, azimuth: 235 deg}
+clouds:
+  - bake: {preset: cumulus_congestus, model: hero, seed: $seed, extent: [4 km, 4 km], thickness: 2400 m, voxel: 20 m}
+    detail: $detail
+render: {samples: 2}
+output: {aovs: [depth]}
+END
 sed '/^sun/a atmosphere: {haze: hazy}' sky.yaml >haze.yaml
 "$nephos" render -q congestus.yaml --cache cache -o near.exr
 "$nephos" render -q congestus.yaml --cache cache -o far.exr --resolution 425x239
@@ -84,6 +101,10 @@ done
 "$nephos" render -q horizon.yaml -o horizon.exr
 "$nephos" render -q horizon.yaml -o horizon_mean.exr --samples 64
 
-build=$(dirname "$(dirname "$nephos")")
-export NEPHOS_LIBRARY="$build/lib/libnephos.so" PYTHONPATH="$build/python"
+"$nephos" render -q approach.yaml --cache cache -o approach.exr
+/usr/bin/python3 "$here/look_approach.py" approach.exr >places
+while IFS=';' read -r frame position target; do
+  "$nephos" render -q approach.yaml --cache cache -o "approach$frame.exr" --set "camera.position=$position" \
+    --set "camera.look_at=$target" </dev/null
+done <places
 /usr/bin/python3 "$here/look_page.py" "$work"

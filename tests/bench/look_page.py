@@ -96,6 +96,15 @@ def compute_lab(rgb):
                         200 * (root[..., 1] - root[..., 2])], -1)
 
 
+def measure_popping(frames=24):
+    """Root mean square changes of luminance between successive frames of the approach: the largest over the median, and
+    the largest over the mean of those before and after it. The first counts the way of the outline out of the picture
+    too; the second is of frames that stand out."""
+    pictures = [load(f"approach{frame}")[1] for frame in range(frames)]
+    changes = numpy.array([numpy.sqrt(((b - a) ** 2).mean()) for a, b in zip(pictures, pictures[1:])])
+    return changes.max() / numpy.median(changes), (2 * changes[1:-1] / (changes[:-2] + changes[2:])).max()
+
+
 def measure_angles(shape):
     """Angle from the sun at each pixel of noon.yaml, in degrees."""
     forward = numpy.array([2.6, 5.4, 1.0]) / numpy.linalg.norm([2.6, 5.4, 1.0])
@@ -143,3 +152,6 @@ neutral, cloud, sky = measure_preview()
 print(f"| preview at noon: ΔE*ab of the brightest tenth of opaque cloud from neutral | {neutral:.2f} | ≤ 2 |")
 print(f"| its sRGB | {cloud:.0f} | about 245 |")
 print(f"| sRGB of sky 60° from the sun beside it, green | {sky:.0f} | 130 to 170 |")
+largest, sudden = measure_popping()
+print(f"| approach from 3 km to 150 m in 24 frames: largest change over the median | {largest:.2f} | ≤ 1.5 |")
+print(f"| its largest change over the mean of its neighbours | {sudden:.2f} | ≤ 1.5 |")
