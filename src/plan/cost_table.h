@@ -33,6 +33,7 @@
   X(CELL_SWEEP, "directions times moments times cells of sweeps", 3.25e-10, 0) \
   X(LAST_SWEEP, "directions times moments times cells of sweeps that resolve", 2.8e-10, 0) \
   X(CELL_BYTE, "bytes of cells", 0, 0.582) \
+  X(CELL_PLACE, "places for cells, empty ones included", 0, 22) \
   X(VIEWED_CELL, "cells in the light to the camera", 4.07e-07, 0) \
   X(GROUND, "maps of light on the ground", 0.0296, 0) \
   X(GROUND_STEP, "steps from the ground to clouds", 2.33e-08, 0) \

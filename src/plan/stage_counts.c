@@ -80,6 +80,7 @@ void np_stage_count_ordinates(const np_plan *plan, const neph_scene *scene, np_c
   out->of[NP_UNIT_CELL_SWEEP] = solutions * counts.sweep_work * count_sweeps(scene->render.light_residual);
   out->of[NP_UNIT_LAST_SWEEP] = solutions * counts.last_work;
   out->of[NP_UNIT_CELL_BYTE] = counts.bytes;
+  out->of[NP_UNIT_CELL_PLACE] = counts.places;
 }
 
 void np_stage_count_viewer_light(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {

@@ -119,8 +119,10 @@ static np_cell_counts count_cells(const np_scattering_desc *desc, const np_trans
   const bool is_layered = g->is_wrapped[0] || g->is_wrapped[1];
   const double all = (double)np_transport_grid_count(g), active = count_active(g, 1, finder);
   const np_scattering_degrees d = np_scattering_desc_choose_degrees(desc, all, is_layered, g->is_fine);
-  return count_levels(desc, &d, is_layered, active,
-                      g->is_fine ? fmin(count_active(g, 2, finder), 0.99 * active) : active);
+  const double iterated = g->is_fine ? fmin(count_active(g, 2, finder), 0.99 * active) : active;
+  np_cell_counts counts = count_levels(desc, &d, is_layered, active, iterated);
+  counts.places = all;
+  return counts;
 }
 
 static neph_result forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,

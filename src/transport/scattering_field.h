@@ -72,6 +72,7 @@ void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays);
 /* Cells of a solution, their memory, and the work of their sweeps. */
 typedef struct np_cell_counts {
   double cells;      /* cells that hold cloud or touch one that does */
+  double places;     /* cells of their box, empty ones included; 0: not known */
   double bytes;      /* memory of these and of coarser cells while they are solved for */
   double sweep_work; /* directions times moments times cells of one sweep of the cells that are iterated */
   double last_work;  /* work of the sweeps that resolve and refine the solution of a band, in the same unit */

@@ -4,6 +4,7 @@
 import argparse
 import os
 import sys
+import tempfile
 
 from fit import fit_table
 from measure import measure, read_calibration
@@ -30,16 +31,18 @@ def main():
     parser.add_argument("--count", type=int, required=True)
     parser.add_argument("--scenes")
     parser.add_argument("--files")
-    parser.add_argument("--folder", default="costs")
+    parser.add_argument("--folder", help="for scenes and measurements; a temporary one by default")
     parser.add_argument("--fit", metavar="TABLE", help="fits the constants and writes them to this file")
     parser.add_argument("--page")
     parser.add_argument("--check", action="store_true")
     options = parser.parse_args()
-    os.makedirs(options.folder, exist_ok=True)
-    found = list(measure(os.path.abspath(options.nephos), options))
+    with tempfile.TemporaryDirectory() as temporary:
+        options.folder = options.folder or temporary
+        os.makedirs(options.folder, exist_ok=True)
+        found = list(measure(os.path.abspath(options.nephos), options))
+        calibration = read_calibration(options.folder)
     if options.fit:
-        drawn = [case for case in found if case["is_fitted"]]
-        fit_table(options.fit, drawn, read_calibration(options.folder))
+        fit_table(options.fit, [case for case in found if case["is_fitted"]], calibration)
     if options.page:
         with open(options.page, "w") as out:
             print_page(found, options, out)

@@ -16,8 +16,8 @@ from scenes import draw_points, draw_scene  # noqa: E402
 # Resolution and further arguments of drawn scenes, in turn.
 SETTINGS = (
     ("64x36", ()), ("96x54", ("--quality", "preview")), ("32x18", ("--integrator", "path", "--samples", "8")),
-    ("96x54", ()), ("32x18", ()), ("96x54", ("--quality", "draft")), ("48x27", ("--integrator", "path", "--samples", "4")),
-    ("64x36", ("--quality", "preview")),
+    ("96x54", ()), ("32x18", ()), ("96x54", ("--quality", "draft")),
+    ("48x27", ("--integrator", "path", "--samples", "16")), ("64x36", ("--quality", "preview")),
 )
 
 STAGE = re.compile(r"([a-z ]+): predicted \S+ s of one core, measured (\S+) s")
