@@ -19,6 +19,10 @@ terrain: {ridges: {samples: 129}}
 """
 
 
+# Seconds for an answer: a sanitizer takes twenty times longer.
+ANSWER_S = 200 if os.environ.get("NEPHOS_SANITIZE") else 10
+
+
 class View:
     """The program, started on a scene, and its address."""
 
@@ -37,7 +41,7 @@ class View:
         self.reader = threading.Thread(target=lambda: self.messages.extend(self.process.stderr), daemon=True)
         self.reader.start()
 
-    def request(self, path, body=None, method=None, headers=None, token=True, limit=10):
+    def request(self, path, body=None, method=None, headers=None, token=True, limit=ANSWER_S):
         """Status and body of an answer."""
         connection = http.client.HTTPConnection(self.host, self.port, timeout=limit)
         given = {"X-Nephos-Token": self.token} if token else {}
