@@ -16,7 +16,7 @@ export LC_ALL=C
 nephos=$(realpath "$1")
 build=$(dirname "$(dirname "$nephos")")
 export NEPHOS_LIBRARY="$build/lib/libnephos.so" PYTHONPATH="$build/python"
-/usr/bin/python3 -c 'import nephos, numpy, scipy' || {
+/usr/bin/python3 -c 'import nephos, numpy, scipy' 2>/dev/null || {
   echo "look.sh needs the Python package in $build/python (ninja nephos_python), numpy and scipy" >&2
   exit 1
 }
