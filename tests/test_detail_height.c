@@ -15,20 +15,25 @@ static const char text[] =
 
 static int set_up(void **state) { return set_up_scene_verbose(state, 2, text); }
 
-static neph_image *render(fixture *f, neph_renderer *renderer, unsigned shrink, unsigned detail_height) {
+static neph_image *render_samples(fixture *f, neph_renderer *renderer, unsigned shrink, unsigned detail_height,
+                                  unsigned sample_count) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   neph_image *image;
   assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
   desc.width /= shrink, desc.height /= shrink;
   desc.crop_max[0] = desc.width, desc.crop_max[1] = desc.height;
   desc.detail_height = detail_height;
-  if (shrink > 1) desc.sample_count = 1;
+  if (sample_count) desc.sample_count = sample_count;
   test_log_clear(&f->log);
   if (renderer)
     assert_int_equal(neph_renderer_render(renderer, f->scene, &desc, &image), NEPH_OK);
   else
     assert_int_equal(neph_render_image(f->scene, &desc, &image), NEPH_OK);
   return image;
+}
+
+static neph_image *render(fixture *f, neph_renderer *renderer, unsigned shrink, unsigned detail_height) {
+  return render_samples(f, renderer, shrink, detail_height, shrink > 1 ? 1 : 0);
 }
 
 static void a_small_picture_shares_all_with_the_whole(void **state) {
@@ -94,6 +99,28 @@ static void a_first_picture_takes_what_is_near(void **state) {
   }
 }
 
+/* So does a picture with fewer samples than the scene's. The one behind it takes its samples anew, unless all was its
+ * own: then it goes on with them. */
+static void a_picture_of_few_samples_takes_what_is_near(void **state) {
+  fixture *f = *state;
+  static const struct {
+    const char *key, *value;
+    bool is_near; /* light is that of the edit before */
+  } edits[] = {{"sun.elevation", "31 deg", true}, {"camera.position", "[50 m, -6 km, 900 m]", false}};
+  set(f, "render.detail", "1.2");
+  assert_int_equal(neph_renderer_keep_samples(f->renderer, true), NEPH_OK);
+  neph_image_destroy(render(f, f->renderer, 1, 64));
+  for (size_t i = 0; i < sizeof edits / sizeof *edits; i++) {
+    set(f, edits[i].key, edits[i].value);
+    neph_image_destroy(render_samples(f, f->renderer, 1, 64, 1));
+    if (!strstr(f->log.text, "multiple scattering: reused")) fail_msg("%s: %s", edits[i].key, f->log.text);
+    neph_image *image = render(f, f->renderer, 1, 64);
+    if (edits[i].is_near != !!strstr(f->log.text, "rebuilt")) fail_msg("%s: %s", edits[i].key, f->log.text);
+    assert_bits_of_the_picture_alone(f, image);
+    neph_image_destroy(image);
+  }
+}
+
 /* Light that has turned by more than a few degrees, and clouds of another shape, are not near. */
 static void a_first_picture_makes_what_is_far(void **state) {
   fixture *f = *state;
@@ -136,6 +163,7 @@ int main(void) {
       DETAIL_TEST(a_small_picture_shares_all_with_the_whole),
       DETAIL_TEST(the_picture_chooses_its_own_detail_by_default),
       DETAIL_TEST(a_first_picture_takes_what_is_near),
+      DETAIL_TEST(a_picture_of_few_samples_takes_what_is_near),
       DETAIL_TEST(a_first_picture_makes_what_is_far),
       DETAIL_TEST(heights_stay_under_another_cover),
       DETAIL_TEST(heights_beyond_a_picture_are_refused),

@@ -12,7 +12,7 @@
 #include "view_enlarge.h"
 #include "view_past.h"
 
-enum { PIXEL_BYTES = 4 };
+enum { PIXEL_BYTES = 4, MARKS = 3 };
 static const double tile_interval_s = 0.06;
 
 /* When a picture was complete: seconds from its edit, and CPU seconds of the program. */
@@ -42,7 +42,7 @@ struct cli_view_picture {
   unsigned long long number, preview_number;
   cli_view_step step;
   double shown_s, tiles_s; /* times of the last change and of the last tile on the page */
-  view_mark marks[2];      /* last pictures of the levels 0 and 1 */
+  view_mark marks[MARKS];  /* last pictures of the levels 0 and 1, and of those above */
   bool has_tiles;          /* tiles lie over the last complete picture */
   neph_image_error error;
   char *stage, *message;
@@ -247,7 +247,7 @@ static void lay_image(cli_view_picture *picture, const cli_view_step *step, cons
 /* Notes when the pictures of the first levels were complete; one of more samples stands for those that were left out.
  */
 static void mark_levels(cli_view_picture *picture, const cli_view_step *step) {
-  for (unsigned i = 0; i < 2 && i <= step->level; i++)
+  for (unsigned i = 0; i < MARKS && i <= step->level; i++)
     if (i == step->level || picture->marks[i].generation != step->generation)
       picture->marks[i] = (view_mark){step->generation, picture->shown_s - step->start_s, cli_view_clock_get_cpu_s()};
 }
@@ -417,7 +417,7 @@ void cli_view_picture_write_state(cli_view_picture *picture, FILE *out) {
   write_number(out, "seconds", picture->number ? picture->shown_s - picture->step.start_s : (double)NAN);
   write_number(out, "waited", picture->step.waited_s);
   fputs(",\"marks\":[", out);
-  for (size_t i = 0; i < 2; i++)
+  for (size_t i = 0; i < MARKS; i++)
     fprintf(out, "%s[%llu,%.6g,%.6g]", i ? "," : "", picture->marks[i].generation, picture->marks[i].seconds,
             picture->marks[i].cpu_s);
   fputc(']', out);

@@ -14,6 +14,10 @@
  * heights half as fine, and octaves in place of the solution of multiple scattering. */
 enum { COARSE_DIVISOR = 4, SAMPLES_MAX = 1024 };
 
+/* Samples of the first picture with all pixels, where the scene has twice as many or more: fewer than those of the
+ * scene take near light and voxels, and the next picture goes on with them if these are its own. */
+enum { FIRST_SAMPLES = 2 };
+
 /* Noise that the eye does not see, a step of 8 bits in a mid grey. */
 static const double invisible_noise = 0.005;
 
@@ -177,8 +181,8 @@ static neph_result choose_renderer(cli_view_worker *worker, neph_renderer **out_
   return result;
 }
 
-/* Settings of the next step. Its target error and its time limit count from the third step on: the first two show the
- * scene at once. */
+/* Settings of the next step. The scene's time limit does not count, and its target error not before the scene's samples
+ * are taken. */
 static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out) {
   const neph_result result = neph_scene_get_render_desc(worker->scene, out);
   if (result) return result;
@@ -190,7 +194,8 @@ static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out)
   if (!step->level && out->sample_count < worker->samples_min)
     cli_view_picture_set_message(worker->picture, "render.samples is 1, and the error of a pixel takes 2: the view "
                                                   "renders 2, while nephos render refuses the scene");
-  if (step->level < 2) step->samples = step->level ? out->sample_count : 1;
+  if (step->level == 0) step->samples = 1;
+  if (step->level == 1) step->samples = out->sample_count < 2 * FIRST_SAMPLES ? out->sample_count : FIRST_SAMPLES;
   if (step->samples < worker->samples_min) step->samples = worker->samples_min;
   out->frame = worker->frame;
   out->sample_count = step->samples;
@@ -208,18 +213,20 @@ static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out)
 }
 
 /* Whether more samples lower the error: noise is more than half of the bias, and can be seen; the target of
- * the scene, where it has one, is not reached. */
-static bool is_worth_more(const cli_view_worker *worker, const neph_image_error *error, double target_error) {
+ * the scene, where it has one, is not reached. The scene's own samples are taken in any case. */
+static bool is_worth_more(const cli_view_worker *worker, const neph_image_error *error, const neph_render_desc *given) {
+  if (worker->step.samples < given->sample_count) return true;
   if (worker->step.samples >= SAMPLES_MAX) return false;
-  if (isfinite(target_error) && error->error.value <= target_error) return false;
+  if (isfinite(given->target_error) && error->error.value <= given->target_error) return false;
   return isfinite(error->noise.value) && error->noise.value > fmax(0.5 * error->bias.value, invisible_noise);
 }
 
-/* Chooses the step behind a finished one: twice the samples, as long as they are worth it. */
-static void choose_next_step(cli_view_worker *worker, const neph_image_error *error, double target_error) {
-  worker->is_settled = worker->step.level > 0 && !is_worth_more(worker, error, target_error);
-  if (worker->step.level > 0) worker->step.samples *= 2;
-  worker->step.level++;
+/* Chooses the step behind a finished one: the scene's samples, then twice as many, as long as they are worth it. */
+static void choose_next_step(cli_view_worker *worker, const neph_image_error *error, const neph_render_desc *given) {
+  cli_view_step *step = &worker->step;
+  worker->is_settled = step->level > 0 && !is_worth_more(worker, error, given);
+  if (step->level > 0) step->samples = step->samples < given->sample_count ? given->sample_count : 2 * step->samples;
+  step->level++;
 }
 
 /* Shows the picture that the scene had before, when it was shown last, in place of few pixels; false: none is kept. It
@@ -232,7 +239,7 @@ static bool recall(cli_view_worker *worker) {
   if (worker->step.level || !worker->key || !is_whole || neph_scene_get_render_desc(worker->scene, &given))
     return false;
   if (!cli_view_picture_recall(worker->picture, worker->key, &worker->step, &error)) return false;
-  choose_next_step(worker, &error, given.target_error);
+  choose_next_step(worker, &error, &given);
   if (worker->is_settled) cli_view_picture_set_stage(worker->picture, "done", 1.0);
   return true;
 }
@@ -253,7 +260,7 @@ static void render_step(cli_view_worker *worker) {
   worker->has_skipped = result == NEPH_ERROR_CANCELLED && !shown.level;
   neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
   if (!result) result = neph_image_get_error(image, &error);
-  if (!result) choose_next_step(worker, &error, given.target_error);
+  if (!result) choose_next_step(worker, &error, &given);
   if (!result) result = cli_view_picture_show(worker->picture, &shown, shown.level ? worker->key : NULL, image);
   /* A failed picture is given up until the next edit; its message has been logged. */
   if (result && result != NEPH_ERROR_CANCELLED) worker->is_settled = true;

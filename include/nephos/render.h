@@ -135,8 +135,8 @@ typedef struct neph_render_desc {
                                      cache while this one's pixels are rendered (default false) */
   int next_frame;
   unsigned detail_height; /**< height in pixels of the picture for which voxels, heights and cells of light are
-                               chosen, by the scene's samples: a small picture with that of the whole one shares
-                               terrain, clouds, air and light with it in a renderer, and takes near light and voxels
+                               chosen, by the scene's samples: a picture with fewer pixels or samples shares terrain,
+                               clouds, air and light with the scene's in a renderer, and takes near light and voxels
                                of earlier pictures; 0: the picture's own (default 0) */
 } neph_render_desc;
 

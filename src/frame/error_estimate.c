@@ -243,7 +243,7 @@ neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_f
   np_error_probes probes;
   neph_result result = sample_probes(f, plan, &probes);
   /* A first picture is shown for a moment: the model alone states its bias. */
-  if (!result && !np_request_is_coarse(&plan->request)) result = trace_probes(f, plan, &probes);
+  if (!result && !plan->request.takes_near) result = trace_probes(f, plan, &probes);
   if (!result && probes.pixel_count > 0.0) {
     const np_bias_model model = np_bias_model_make(f, plan);
     out->noise = estimate_noise(&probes, is_path, get_mean_samples(f));

@@ -78,10 +78,13 @@ neph_result np_kept_samples_begin(np_kept_samples *kept, const neph_scene *scene
   char picture[33] = "";
   const uint32_t samples = f->desc->sample_count;
   neph_result result = is_even(f) ? hash_picture(scene, plan, f, picture) : NEPH_OK;
-  const bool is_same = *picture && !strcmp(picture, kept->picture) && !has_more(kept, samples);
+  const uint64_t results = f->assembly->stores->added;
+  const bool is_same =
+      *picture && !strcmp(picture, kept->picture) && results == kept->results && !has_more(kept, samples);
   if (!is_same) np_kept_samples_clear(kept);
   if (result || !*picture) return result;
   memcpy(kept->picture, picture, sizeof kept->picture);
+  kept->results = results;
   kept->numbers = np_channels_count_numbers(&f->channels);
   kept->pixel_count = (size_t)f->width * f->height;
   const unsigned node_max = count_nodes(samples);

@@ -12,6 +12,7 @@ struct np_frame;
 typedef struct np_kept_samples {
   neph_context *context;
   char picture[33];   /* the picture but for its number of samples; empty: none */
+  uint64_t results;   /* number of results that the renderer had stored for the picture: more of them are other bits */
   unsigned numbers;   /* numbers of a node */
   size_t pixel_count; /* records, by the places of pixels in the image */
   unsigned node_max;  /* nodes for which a record has room */

@@ -78,14 +78,20 @@ static void compute_costs(const np_plan *plan, const neph_scene *scene, double *
  * above the horizon; and samples assumed for all pictures by path, of which more may be taken later. */
 static const double path_ray_factor = 2.0, path_samples = 16.0;
 
+/* Samples a pixel; of a picture that the scene's samples follow, those. */
+static double count_samples(const np_request *request, const neph_scene *scene) {
+  const double own = request->desc.sample_count;
+  return request->takes_near && !np_request_is_coarse(request) ? fmax(own, scene->render.sample_count) : own;
+}
+
 /* Counts of the whole picture, whatever part of it is rendered: a part has the bits of the whole. */
-static double count_rays(const np_plan *plan) {
+static double count_rays(const np_plan *plan, const neph_scene *scene) {
   const np_request *r = &plan->request;
   const double spacing = plan->decisions.air_ray_spacing, pixels = (double)r->desc.width * r->desc.height;
   const double air_rays = spacing > 0.0 ? pixels / (spacing * spacing) : 0.0;
   const bool is_march = r->desc.integrator == NEPH_INTEGRATOR_MARCH;
   const double of_paths = get_sine(&plan->decisions) > 0.0 ? path_ray_factor * path_samples : 0.0;
-  const double rays = is_march ? r->desc.sample_count : of_paths;
+  const double rays = is_march ? count_samples(r, scene) : of_paths;
   return pixels * rays + air_ray_factor * air_rays;
 }
 
@@ -130,7 +136,7 @@ void np_stage_choose_sun_volume(np_decision *d, np_stage_decision *out) {
   }
   double voxel_s, ray_s;
   compute_costs(d->plan, scene, &voxel_s, &ray_s);
-  const double filling = voxel_s * np_plan_get_cloud_voxels(d->plan), saving = ray_s * count_rays(d->plan);
+  const double filling = voxel_s * np_plan_get_cloud_voxels(d->plan), saving = ray_s * count_rays(d->plan, scene);
   const bool is_sequence = is_sequence_of_still_clouds(scene);
   np_stage_decide(d, out, filling / (is_sequence ? sequence_frames : 1.0) < saving,
                   "filling it takes some %.1g s of one core%s and spares some %.1g s of rays", filling,

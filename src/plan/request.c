@@ -123,6 +123,8 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   if (!result) result = np_cloud_places_check(scene);
   if (!result) result = np_request_read_desc(scene, desc, &r->desc);
   if (result) return result;
+  const bool has_fewer_samples = r->desc.detail_height && r->desc.sample_count < scene->render.sample_count;
+  r->takes_near = has_fewer_samples || np_request_is_coarse(r);
   const double given = scene->render.light_memory_bytes;
   const neph_machine constants = NEPH_MACHINE_DEFAULT, *machine = r->desc.machine;
   memcpy(r->work_factor, (machine ? machine : &constants)->factor, sizeof r->work_factor);

@@ -20,6 +20,8 @@ typedef struct np_request {
   int window_min[2], window_max[2]; /* the rendered pixels: the data window */
   int whole_min[2], whole_max[2];   /* the window that is divided into tiles */
   bool is_sky_alone;                /* `sky` is requested */
+  bool takes_near; /* results of earlier pictures that are near its own serve it: one of more pixels or samples follows
+                    */
   np_sky_request sky;
   bool has_beauty;
   unsigned aovs;                       /* bits of np_aov */

@@ -63,7 +63,7 @@ static neph_result compare_gathered(const np_stage_part *in, const gathered_key 
   const gathered_key *wanted = in->key;
   const bool is_same_picture = *wanted->picture && !strcmp(own->picture, wanted->picture);
   const bool is_same_light = *wanted->light && !strcmp(own->light, wanted->light);
-  const bool is_near = np_stage_is_coarse(in) && *wanted->clouds && !strcmp(own->clouds, wanted->clouds) &&
+  const bool is_near = np_stage_takes_near(in) && *wanted->clouds && !strcmp(own->clouds, wanted->clouds) &&
                        (double)np_vec3_length(np_vec3_subtract(own->to_sun, wanted->to_sun)) <= coarse_turn_rad;
   if (is_same_picture || is_same_light || is_near) return NEPH_OK;
   np_print(out_reason, NP_REASON_SIZE, *wanted->light ? "the light changed" : "it is of another picture");

@@ -110,13 +110,13 @@ static neph_result fill_near(const np_stage_part *in, const char *path, source_k
   return result ? result : finished;
 }
 
-/* Whether a coarse picture takes a source of another picture: all but the size of its parts is the same, and that is
+/* Whether the picture takes a source of another one: all but the size of its parts is the same, and that is
  * between half and twice its own. */
 static bool is_near(const np_stage_part *in, const source_key *own) {
   static const double most = 2.01;
   const source_key *wanted = in->key;
-  return np_stage_is_coarse(in) && *own->near && !strcmp(own->near, wanted->near) && own->size <= most * wanted->size &&
-         wanted->size <= most * own->size;
+  return np_stage_takes_near(in) && *own->near && !strcmp(own->near, wanted->near) &&
+         own->size <= most * wanted->size && wanted->size <= most * own->size;
 }
 
 static void compare_source(const np_stage_part *in, const source_key *own, char *out_reason) {

@@ -101,7 +101,7 @@ static neph_result adapt_solution(const np_ordinates_inputs *in, void *cached, c
                                   char *out_reason) {
   if (np_scattering_field_get_quality(cached).is_cut)
     np_print(out_reason, NP_REASON_SIZE, "a time limit cut it short");
-  else if (np_stage_is_coarse(&in->part))
+  else if (np_stage_takes_near(&in->part))
     np_light_key_compare_coarse(cached_key, in->key, out_reason, NP_REASON_SIZE);
   else
     np_light_key_compare(cached_key, in->key, np_stage_is_exact(&in->part), out_reason, NP_REASON_SIZE);

@@ -103,8 +103,11 @@ typedef struct np_stage_reuse {
       kind,    is_of_content, get_key_of_##stage, adapt_part_of_##stage, exchange_##stage, make_part_of_##stage,       \
       destroy, disk}
 
-/* Whether results of earlier pictures serve this one that are near its own: it is a first one. */
+/* Whether the picture has fewer pixels than the one whose detail it has. */
 static inline bool np_stage_is_coarse(const np_stage_part *in) { return np_request_is_coarse(&in->plan->request); }
+
+/* Whether results of earlier pictures serve this one that are near its own. */
+static inline bool np_stage_takes_near(const np_stage_part *in) { return in->plan->request.takes_near; }
 
 /* Whether results of earlier pictures serve this one only where its own would have the same bits: in sequences, and in
  * pictures behind coarse ones. */

@@ -15,6 +15,7 @@ neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_re
   *first = added;
   first->next = stores->results;
   stores->results = first;
+  stores->added++;
   return NEPH_OK;
 }
 

@@ -19,6 +19,7 @@ typedef struct np_stored_result {
 
 typedef struct np_stores {
   np_stored_result *results;
+  uint64_t added; /* number of results added so far */
   np_input_store inputs;
   void *light; /* solutions between which a sequence is interpolated (light_anchors.h); NULL: none */
   void (*destroy_light)(neph_context *context, void *light);
