@@ -84,6 +84,20 @@ class View:
         """The last picture of the last edit, of a number above `after`."""
         return self.wait(lambda s: s["stage"] == "done" and s["generation"] == s["wanted"] and s["number"] > after, limit)
 
+    def wait_rest(self, limit, idle=120):
+        """The same within `limit` CPU seconds of the program, however loaded the machine is; one that takes no CPU time
+        for `idle` seconds is stuck."""
+        end, before, moved = self.cpu_seconds() + limit, 0.0, time.monotonic()
+        while True:
+            state, pixels = self.picture()
+            if state["stage"] == "done" and state["generation"] == state["wanted"]:
+                return state, pixels
+            now = self.cpu_seconds()
+            if now > before:
+                before, moved = now, time.monotonic()
+            assert now < end and time.monotonic() < moved + idle, f"no rest in {limit} CPU s: {state}"
+            time.sleep(0.05)
+
     def cpu_seconds(self):
         fields = open(f"/proc/{self.process.pid}/stat").read().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
