@@ -2,6 +2,7 @@
 #include "frame/error_probes.h"
 
 #include "core/alloc.h"
+#include "frame/disk_boxes.h"
 #include "image/image_error.h"
 
 static const double dim_of_mean = 0.01;
@@ -85,9 +86,20 @@ np_uncertain np_error_probes_average_spread(const np_error_probes *probes) {
   return (np_uncertain){sum / count, sqrt(fmax(probes->squares - sum * sum / count, 0.0)) / count};
 }
 
+/* Whether the disk of sun or moon reaches a pixel. */
+static bool has_disk(const np_frame *f, const int at[2]) {
+  np_pixel_box boxes[NP_LIGHTS_MAX];
+  const unsigned count = np_frame_get_disks(f, boxes);
+  for (unsigned b = 0; b < count; b++)
+    if (np_pixel_box_has(&boxes[b], at)) return true;
+  return false;
+}
+
 static np_error_probe start_probe(const np_frame *f, size_t i, double share) {
+  const int at[2] = {f->min[0] + (int)(i % f->width), f->min[1] + (int)(i / f->width)};
   return (np_error_probe){
-      .at = {f->min[0] + (int)(i % f->width), f->min[1] + (int)(i / f->width)},
+      .at = {at[0], at[1]},
+      .has_disk = has_disk(f, at),
       .share = share,
       .count = (double)f->luminances[i].count,
       .value = (double)f->luminances[i].value,
@@ -200,7 +212,7 @@ static double find_level(const np_error_probe *p, unsigned count) {
     squares += more * more;
   }
   const double mean = sum / (p->is_outlier ? count + 1.0 : count);
-  return excess * excess > 1.5 * squares ? fmax(base, mean) : base;
+  return p->has_disk || excess * excess > 1.5 * squares ? fmax(base, mean) : base;
 }
 
 /* A dark pixel beside a bright edge is as dark as its seeds say, a bright one may have met a rare path. */

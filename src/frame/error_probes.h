@@ -25,7 +25,7 @@ typedef struct np_error_probe {
   double by_spread; /* relative variance as the spread of one seed's samples states it: mean over seeds */
   double half[2];   /* means over the even and the odd of the seeds */
   double traced[2]; /* the tracer's values, with two seeds */
-  bool is_outlier;
+  bool is_outlier, has_disk; /* chosen for its spread; reached by the disk of sun or moon */
   np_pixel_luminance by_seed[NP_SEEDS_MAX];
 } np_error_probe;
 

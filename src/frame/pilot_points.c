@@ -2,63 +2,28 @@
 #include "frame/pilot_points.h"
 
 #include "core/alloc.h"
-#include "scene/camera_kinds.h"
+#include "frame/disk_boxes.h"
 
 /* Constant that separates the pilots' seed from the frame's and from the error probes'. */
 static const uint64_t turn = UINT64_C(0xbb67ae8584caa73b);
 
-/* Steps of the R2 sequence (plastic number), which the samples of a pixel use too. */
+/* Steps of the R2 sequence, by the plastic number. */
 static const double step[2] = {0.7548776662466927, 0.5698402909980532};
 
 /* ---- Places ---- */
 
-/* Pixels from `min` up to `max`. */
-typedef struct pixel_box {
-  int min[2], max[2];
-} pixel_box;
+enum { BOX_POINTS = 64 };
 
-enum { BOXES_MAX = NP_LIGHTS_MAX, BOX_POINTS = 64 };
+static double count_pixels(const np_pixel_box *b) { return (double)(b->max[0] - b->min[0]) * (b->max[1] - b->min[1]); }
 
-/* Pixels that a disk's edge reaches beyond it, by the width of the filter. */
-static const double disk_margin = 2.0;
-
-static double count_pixels(const pixel_box *b) { return (double)(b->max[0] - b->min[0]) * (b->max[1] - b->min[1]); }
-
-static bool is_in(const pixel_box *b, const int at[2]) {
-  return at[0] >= b->min[0] && at[0] < b->max[0] && at[1] >= b->min[1] && at[1] < b->max[1];
+static np_pixel_box get_view(const np_frame *f) {
+  return (np_pixel_box){{f->view_min[0], f->view_min[1]}, {f->view_max[0], f->view_max[1]}};
 }
 
-static pixel_box get_view(const np_frame *f) {
-  return (pixel_box){{f->view_min[0], f->view_min[1]}, {f->view_max[0], f->view_max[1]}};
-}
-
-/* False: the light has no disk in view. */
-static bool get_disk(const np_frame *f, const np_packet_light *light, pixel_box *out) {
-  double film[2];
-  if (!(light->beam.angular_radius_rad > 0.0) ||
-      !np_camera_project_direction(&f->assembly->camera, light->beam.direction, film))
-    return false;
-  const double sr = np_camera_get_pixel_sr(&f->assembly->camera, (int)film[0], (int)film[1]);
-  const double radius = disk_margin + (sr > 0.0 ? light->beam.angular_radius_rad / sqrt(sr) : 0.0);
-  for (int a = 0; a < 2; a++) {
-    out->min[a] = (int)fmax(floor(film[a] - radius), f->view_min[a]);
-    out->max[a] = (int)fmin(ceil(film[a] + radius), f->view_max[a]);
-    if (out->min[a] >= out->max[a]) return false;
-  }
-  return true;
-}
-
-static unsigned get_disks(const np_frame *f, pixel_box out[BOXES_MAX]) {
-  const np_packet *packet = &f->assembly->packets[0];
-  unsigned count = 0;
-  for (unsigned l = 0; l < packet->light_count; l++) count += get_disk(f, &packet->lights[l], &out[count]);
-  return count;
-}
-
-static unsigned count_box_points(const pixel_box *b) { return (unsigned)fmin(count_pixels(b), BOX_POINTS); }
+static unsigned count_box_points(const np_pixel_box *b) { return (unsigned)fmin(count_pixels(b), BOX_POINTS); }
 
 /* Chooses points in a box: every pixel of a small box, else a low-discrepancy set. */
-static void place_in_box(const pixel_box *b, double pixels, np_pilot_point *points) {
+static void place_in_box(const np_pixel_box *b, double pixels, np_pilot_point *points) {
   const unsigned count = count_box_points(b);
   const int width = b->max[0] - b->min[0];
   for (unsigned i = 0; i < count; i++) {
@@ -71,11 +36,11 @@ static void place_in_box(const pixel_box *b, double pixels, np_pilot_point *poin
 
 /* Chooses low-discrepancy points over the view, shifted by seed and frame. Points inside a box get no share, as the box
  * has its own. */
-static void place_in_view(const np_frame *f, const pixel_box *boxes, unsigned box_count, unsigned count,
+static void place_in_view(const np_frame *f, const np_pixel_box *boxes, unsigned box_count, unsigned count,
                           np_pilot_point *points) {
   np_random random = np_random_start(f->desc->seed ^ turn, (uint32_t)f->desc->frame, 0, 0, 0);
   const double offset[2] = {np_random_double(&random), np_random_double(&random)};
-  const pixel_box view = get_view(f);
+  const np_pixel_box view = get_view(f);
   double left = 1.0, outside = 0.0;
   for (unsigned b = 0; b < box_count; b++) left -= count_pixels(&boxes[b]) / count_pixels(&view);
   for (unsigned i = 0; i < count; i++) {
@@ -86,16 +51,16 @@ static void place_in_view(const np_frame *f, const pixel_box *boxes, unsigned bo
     }
     p->share = 1.0;
     for (unsigned b = 0; b < box_count; b++)
-      if (is_in(&boxes[b], p->at)) p->share = 0.0;
+      if (np_pixel_box_has(&boxes[b], p->at)) p->share = 0.0;
     outside += p->share;
   }
   for (unsigned i = 0; i < count; i++) points[i].share *= fmax(left, 0.0) / fmax(outside, 1.0);
 }
 
 static neph_result place(const np_frame *f, unsigned count, np_pilot_points *out) {
-  pixel_box boxes[BOXES_MAX];
-  const unsigned box_count = get_disks(f, boxes);
-  const pixel_box view = get_view(f);
+  np_pixel_box boxes[NP_LIGHTS_MAX];
+  const unsigned box_count = np_frame_get_disks(f, boxes);
+  const np_pixel_box view = get_view(f);
   out->count = count;
   for (unsigned b = 0; b < box_count; b++) out->count += count_box_points(&boxes[b]);
   out->at = np_alloc(f->assembly->context, out->count, sizeof *out->at);
