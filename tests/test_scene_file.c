@@ -447,7 +447,7 @@ static void test_incomplete_scenes(void **state) {
        "must have another name\n"},
       {"clouds: [{bake: {}, name: a/b}]", "1:27: clouds[0].name is a/b, must not hold a slash"},
       {"terrain: {albedo: 0.1}", "1:10: terrain has no source, must have heightfield, a file, mesh, a file of "
-                                 "triangles, or ridges, parameters\n"},
+                                 "triangles, or ridges, parameters; even ground has atmosphere.ground_albedo\n"},
       {"terrain: {ridges: {}, height_max: -5 m}", "1:35: terrain.height_max is -5 m, must be above height_min, 0 m\n"},
       {"place: {latitude: 3}", "1:8: place needs both latitude and longitude\n"},
       {"camera: {look_at: [0, -6 km, 400 m]}", "1:19: camera.look_at is camera.position, must be at least 1 mm away\n"},

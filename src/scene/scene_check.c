@@ -377,7 +377,7 @@ static neph_result check_terrain(const neph_scene *scene, np_scene_problems *pro
   if (node && node->kind == NP_NODE_MAPPING && terrain->kind == NP_TERRAIN_NONE)
     return np_scene_fail_at(problems, node,
                             "terrain has no source, must have heightfield, a file, mesh, a file of triangles, or "
-                            "ridges, parameters");
+                            "ridges, parameters; even ground has atmosphere.ground_albedo");
   if (terrain->desc.height_max_m > terrain->desc.height_min_m) return NEPH_OK;
   return np_scene_fail_at(problems, locate(scene, "terrain", "height_max"),
                           "terrain.height_max is %g m, must be above height_min, %g m", terrain->desc.height_max_m,
