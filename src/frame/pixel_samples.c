@@ -5,6 +5,7 @@
 #include "core/alloc.h"
 #include "frame/frame_layers.h"
 #include "frame/kept_samples.h"
+#include "frame/pixel_points.h"
 #include "image/film.h"
 #include "integrate/blue_noise_table.h"
 #include "volume/depth_cursor.h"
@@ -15,8 +16,8 @@
  */
 static float tent(float u) { return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f - 2.0f * u); }
 
-/* Low-discrepancy points of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
- * Sequences"), turned by a random offset per pixel; the golden ratio turns the blue noise from sample to sample. */
+/* Low-discrepancy points (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), turned by a random
+ * offset per pixel; the golden ratio turns the blue noise from sample to sample. */
 static float turn(float offset, double step, unsigned index) {
   const double x = (double)offset + step * (double)index;
   return (float)(x - floor(x));
@@ -34,9 +35,8 @@ static np_camera_ray clip_ray(const np_frame *f, const np_film_ray *ray, const f
                          .end_m = ray->far_m - ray->near_m};
 }
 
-/* Number of low-discrepancy sequences of a pixel, each with its own random offset. The last sequence draws times of the
- * exposure. */
-enum { OFFSETS = 6 };
+/* Random offsets of a pixel: two of the film, one of the choice, two of the lens, one of the time, two of the facet. */
+enum { OFFSETS = 8 };
 
 /* Time within the exposure, by a Kronecker sequence of the silver mean, which is independent of the pixel's other
  * sequences. */
@@ -61,7 +61,9 @@ static void move_film(const np_frame *f, np_camera_ray *ray) {
 /* Draws a film position and a lens position, and makes their ray; false: no light passes the lens there. */
 static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
                      np_camera_ray *out) {
-  const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
+  const uint32_t first = np_pixel_point_first(sample), second = np_pixel_point_second(sample);
+  const float u = np_pixel_coordinate(first, np_pixel_shift_to_middle(offset[0])),
+              v = np_pixel_coordinate(second, np_pixel_shift_to_middle(offset[1]));
   const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
   const double time = f->exposure ? choose_time(f->exposure, sample, offset[5]) : 0.0;
   np_film_ray ray;
@@ -73,6 +75,8 @@ static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const flo
   out->time = time;
   move_film(f, out);
   out->jitter = turn(np_blue_noise_get(x, y), 0.6180339887498949, sample);
+  out->facet[0] = np_pixel_coordinate(first, np_pixel_shift(offset[6]));
+  out->facet[1] = np_pixel_coordinate(second, np_pixel_shift(offset[7]));
   out->choice = turn(offset[2], 0.6180339887498949, sample);
   return true;
 }

@@ -73,6 +73,7 @@ typedef struct np_camera_ray {
   np_vec3 direction;            /* unit */
   float jitter;                 /* 0 to 1: where in its step the march samples */
   float choice;                 /* 0 to 1, even over all seeds: where the tracer looks first in the air */
+  float facet[2];               /* 0 to 1: tilt of the wave that reflects it, along the view and across */
   np_integrator_layers *layers; /* NULL: no output needs it */
   float film[2];                /* place of the film, in pixels */
   float spread_rad;             /* angle to the ray of the next pixel, for filtering of look-ups; 0: no filtering */

@@ -264,9 +264,8 @@ static np_spectrum march_reflection(const np_lighting *lighting, const np_integr
                                     const np_camera_ray *ray, const np_ground_hit *hit, np_random *random) {
   float weight;
   np_camera_ray reflected = {.origin = hit->position, .jitter = ray->choice, .is_reflected = true};
-  /* The facet's tilt along the view matters most: it is stratified over samples and pixels. */
-  reflected.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), ray->jitter,
-                                        np_random_float(random), &weight);
+  reflected.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), ray->facet[0],
+                                        ray->facet[1], &weight);
   np_spectrum sum = np_spectrum_grey(0.0f);
   if (!(weight > 0.0f)) return sum;
   np_integrator_settings own = *settings;

@@ -215,7 +215,7 @@ static double invert_share(double u) {
   return 4.0 * u / (1.0 + sqrt(1.0 + 8.0 * u));
 }
 
-/* Low-discrepancy points of the plastic number, as the film has them (frame/frame.c). */
+/* Low-discrepancy points of the plastic number. */
 static double turn(double offset, double step, unsigned index) {
   const double x = offset + step * index;
   return x - floor(x);
