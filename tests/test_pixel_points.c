@@ -21,7 +21,7 @@ static void draw(np_random *random, float out[2]) {
   for (int k = 0; k < 2; k++) out[k] = np_random_float(random);
 }
 
-/* Of 2ᵐ points one lies in each of 2ᵏ × 2ᵐ⁻ᵏ boxes, with every shift: the property of a (0, m, 2)-net in base 2
+/* Each of 2ᵏ × 2ᵐ⁻ᵏ boxes has one of 2ᵐ points, with every shift: the property of a (0, m, 2)-net in base 2
  * (Niederreiter 1987). */
 static void each_box_has_one_point(void **state) {
   (void)state;

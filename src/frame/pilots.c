@@ -51,13 +51,13 @@ static double get_noise(const np_pilot_points *points, unsigned level) {
   return predict(&(model){.points = points, .level = level, .exponent = 1.0}).square;
 }
 
-/* Exponents of independent samples, which a tracer's are but for their places in the pixel, and of the best that points
- * in two dimensions do. */
-static const double exponent_min = 1.0, exponent_usual = 1.5, exponent_max = 2.0;
+/* Exponents of independent samples, of a tracer's, which are independent but for their places in the pixel, and of the
+ * best that points in two dimensions do. */
+static const double exponent_min = 1.0, exponent_traced = 1.15, exponent_usual = 1.5, exponent_max = 2.0;
 
 static double measure_exponent(const np_pilot_points *points, bool is_traced) {
   const double one = get_noise(points, 0), all = get_noise(points, points->levels - 1);
-  if (is_traced) return exponent_min;
+  if (is_traced) return exponent_traced;
   if (points->levels < 2 || !(one > 0.0) || !(all > 0.0)) return exponent_usual;
   return fmin(fmax(log2(one / all) / (points->levels - 1), exponent_min), exponent_max);
 }

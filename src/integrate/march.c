@@ -259,23 +259,76 @@ static np_spectrum get_peak_weight(const np_march *m) {
 /* Largest tolerance of a reflection; it grows as the reflection's weight falls. */
 static const float reflection_tolerance = 0.2f;
 
-/* Light along one ray that the waves reflect: clouds, terrain and sky, without disks. */
-static np_spectrum march_reflection(const np_lighting *lighting, const np_integrator_settings *settings,
-                                    const np_camera_ray *ray, const np_ground_hit *hit, np_random *random) {
+/* Facets of the waves that may reflect clear sky, by a lattice from the ray's own on. Their number has no factor with
+ * 2, of whose powers the points of the rays are. */
+enum { FACETS = 5, LATTICE_STEP = 2 };
+
+/* A direction that a facet reflects to, with the weight of its light; a weight of 0: it reflects nothing. */
+typedef struct wave_facet {
+  np_vec3 direction;
   float weight;
-  np_camera_ray reflected = {.origin = hit->position, .jitter = ray->choice, .is_reflected = true};
-  reflected.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), ray->facet[0],
-                                        ray->facet[1], &weight);
+} wave_facet;
+
+static float turn(float number, int step) {
+  const float sum = number + (float)(step % FACETS) / FACETS;
+  return sum < 1.0f ? sum : sum - 1.0f;
+}
+
+static wave_facet get_facet(const np_camera_ray *ray, const np_ground_hit *hit, int k) {
+  wave_facet out;
+  out.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), turn(ray->facet[0], k),
+                                  turn(ray->facet[1], LATTICE_STEP * k), &out.weight);
+  return out;
+}
+
+static np_camera_ray reflect_ray(const np_camera_ray *ray, const np_ground_hit *hit, np_vec3 direction) {
+  return (np_camera_ray){.origin = hit->position, .direction = direction, .jitter = ray->choice, .is_reflected = true};
+}
+
+/* Whether sky is all that a ray meets. */
+static bool is_clear(const np_world *world, const np_camera_ray *ray) {
+  np_ground_hit ground;
+  np_ray_intervals all;
+  np_ray_interval s;
+  if (world->emission || np_camera_ray_intersect_ground(world, ray, &ground)) return false;
+  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, INFINITY);
+  return !np_ray_intervals_next(&all, &s);
+}
+
+static np_spectrum march_facet(const np_reflection *reflection, const np_integrator_settings *settings,
+                               const np_camera_ray *reflected, float weight, np_random *random) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   if (!(weight > 0.0f)) return sum;
   np_integrator_settings own = *settings;
   own.tolerance = np_minf(settings->tolerance / weight, np_maxf(settings->tolerance, reflection_tolerance));
   own.has_sun_share = own.is_ground_held_out = false;
   np_integrator_sample sample;
-  NP_KERNEL(np_march_sample)
-  (&lighting->reflection->world, &lighting->reflection->lighting, &own, &reflected, random, &sample);
+  NP_KERNEL(np_march_sample)(&reflection->world, &reflection->lighting, &own, reflected, random, &sample);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum = np_spectrum_add(sum, sample.component[c]);
   return np_spectrum_scale(sum, weight);
+}
+
+/* Light that the waves reflect, without disks: that of all facets if each reflects clear sky, else that of the ray's
+ * own. The condition is the same whichever facet of the lattice is the ray's: so both have one mean. */
+static np_spectrum reflect(const np_reflection *reflection, const np_integrator_settings *settings,
+                           const np_camera_ray *ray, const np_ground_hit *hit, np_random *random) {
+  const np_world *world = &reflection->world;
+  wave_facet facets[FACETS];
+  np_camera_ray rays[FACETS];
+  bool are_clear = true;
+  for (int k = 0; k < FACETS && are_clear; k++) {
+    facets[k] = get_facet(ray, hit, k);
+    rays[k] = reflect_ray(ray, hit, facets[k].direction);
+    are_clear = !(facets[k].weight > 0.0f) || is_clear(world, &rays[k]);
+  }
+  if (!are_clear) return march_facet(reflection, settings, &rays[0], facets[0].weight, random);
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (int k = 0; k < FACETS; k++) {
+    if (!(facets[k].weight > 0.0f)) continue;
+    const np_spectrum light = np_world_sky_radiance(world, world->camera_sky, hit->position, facets[k].direction);
+    sum = np_spectrum_add(sum, np_spectrum_scale(light, facets[k].weight / FACETS));
+  }
+  return sum;
 }
 
 /* Adds ground or sky behind the clouds. `peak` is the transmittance by the forward peak alone. */
@@ -285,7 +338,7 @@ static void add_behind(np_march *m, const np_ground_hit *hit, np_spectrum peak) 
   const bool is_seen = !m->settings->is_ground_held_out &&
                        (m->transmittance > 0.0f || (m->field && np_spectrum_max(peak) >= np_surroundings_peak_least));
   if (hit && hit->water && m->lighting->reflection && !m->ray->is_reflected && is_seen) {
-    water = march_reflection(m->lighting, m->settings, m->ray, hit, m->random);
+    water = reflect(m->lighting->reflection, m->settings, m->ray, hit, m->random);
     water = np_surroundings_water(m->world, m->lighting, m->settings, hit, np_vec3_scale(m->ray->direction, -1.0f),
                                   water, NP_KERNEL(np_march_sun_transmittance), NP_KERNEL(np_march_shadow), m->random);
     behind.water = &water;
