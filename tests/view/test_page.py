@@ -357,8 +357,12 @@ def main():
             return 1
         print("skipped: Selenium, Chromium or its driver is missing")
         return 77
-    for _ in range(int(sys.argv[2]) if len(sys.argv) > 2 else 1):
+    count = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    for number in range(1, count + 1):
+        before = check.failures
         run(os.path.abspath(sys.argv[1]))
+        if count > 1:
+            print(f"run {number} of {count}: {check.failures - before} failures", flush=True)
     return check.failures > 0
 
 
