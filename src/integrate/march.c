@@ -29,7 +29,10 @@ static void add_emission(np_march *m, double distance_end) {
                                       np_spectrum_scale(m->world->clouds.at[v].albedo, m->medium->clouds[v].forward));
   np_emission_march(m->world, m->ray, distance_end, m->medium ? factors : NULL, &straight, &scaled);
   np_march_add(m, NP_COMPONENT_EMISSION, 1.0f, straight);
-  np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_subtract(scaled, straight));
+  /* Rounding may leave less than nothing where neither light is hidden. */
+  np_spectrum scattered = np_spectrum_subtract(scaled, straight);
+  for (int b = 0; b < NP_BAND_COUNT; b++) scattered.band[b] = np_maxf(scattered.band[b], 0.0f);
+  np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, scattered);
 }
 
 /* ---- Cells and steps ---- */
