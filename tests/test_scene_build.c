@@ -16,7 +16,7 @@ static const char as_file[] =
     "           rock: {albedo: 0.1}, snow: {level: 400 m}},"
     " water: {level: 100 m, wind: 7 m/s, albedo: 0.03},"
     " clouds: [{bake: {seed: 3, extent: 3 km, voxel: 100 m, thickness: 900 m}, position: [200 m, 300 m, 900 m],"
-    "           rotation: 20 deg, scale: 1.25, optical_depth: 12, albedo: [0.9, 0.95, 0.99],"
+    "           rotation: 20 deg, scale: 1.25, optical_depth: 12, albedo: [0.9, 0.95, 0.99], detail: none,"
     "           phase: {two_lobe: {forward: 0.8, backward: -0.2, weight: 0.15}}}],"
     " render: {samples: 2, sun_depth: volume, air_shadows: false}}";
 
