@@ -199,7 +199,7 @@ def measure_in_turn(nephos, folder, options):
                 continue
             name = f"{options.seed}.{i}"
             waiting.append((name, pool.submit(measure_if_allowed, nephos, point, folder, name, options)))
-            if len(waiting) >= options.jobs:
+            if len(waiting) >= 4 * options.jobs:
                 name, job = waiting.popleft()
                 yield name, job.result()
         for name, job in waiting:
