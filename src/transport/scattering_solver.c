@@ -92,6 +92,37 @@ static void end_budget(np_scattering_solver *s) {
 
 /* Solves a level. A band goes no further than the band that was cut before, or clouds would get its colour. Coarse
  * levels provide the light that clouds send down, for the border of finer levels. */
+/* Light that leaves the clouds towards ground and air, in all. */
+static double sum_outflow(const np_outflow *outflow) {
+  const float *way = &outflow->way[0][0][0];
+  double sum = 0.0;
+  for (int i = 0; i < NP_BORDER_WAYS * NP_BORDER_PLAN * NP_BORDER_PLAN; i++) sum += fabs((double)way[i]);
+  return sum;
+}
+
+/* Solves a level under the light that the last outflow sends back. A coarse solution of deep clouds may be far from the
+ * level's: where it let out more than twice the light, or less than half, the level is solved under none, and again
+ * until what it lets out agrees with what it is under to 2 %. */
+static neph_result solve_under_outflow(np_scattering_solver *s, np_transport_level *level,
+                                       np_transport_effort *effort) {
+  enum { TURNS_MAX = 16 };
+  static const double first_ratio = 2.0, last_ratio = 1.02;
+  const double given = effort->outflow && s->has_outflow ? sum_outflow(effort->outflow) : 0.0;
+  double before = given, ratio = first_ratio;
+  for (int turn = 0; turn < TURNS_MAX; turn++) {
+    neph_result result = np_transport_level_solve(&s->broad->lights, level, effort);
+    if (result || !effort->outflow || effort->is_cut || effort->sweeps == 0) return result;
+    const double after = sum_outflow(effort->outflow);
+    const bool is_even = after < ratio * before && before < ratio * after;
+    s->has_outflow = is_even || !(given > 0.0) || turn > 0;
+    np_scattering_solver_light_border(s);
+    if (is_even || !(given > 0.0)) break;
+    before = turn > 0 ? after : 0.0;
+    ratio = last_ratio;
+  }
+  return NEPH_OK;
+}
+
 static neph_result solve_level(np_scattering_solver *s, unsigned number, double tolerance) {
   if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return NEPH_OK;
   if (s->out->quality.is_cut && number < s->cut.level) return NEPH_OK;
@@ -103,14 +134,10 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
   if (!effort.is_finest || number + 1 == s->level_count) effort.outflow = &s->outflow[s->band];
   if (s->out->quality.is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
   set_level_part(s, number);
-  neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
+  neph_result result = solve_under_outflow(s, level, &effort);
   if (effort.sweeps > 0 && (s->is_nested || effort.is_finest))
     s->reached = (np_scattering_reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
   if (effort.is_cut) end_budget(s);
-  if (!result && effort.outflow && !effort.is_cut && effort.sweeps > 0) {
-    s->has_outflow = true;
-    np_scattering_solver_light_border(s);
-  }
   if (!effort.is_finest || effort.is_cut) return result;
   s->out->quality.residual = fmax(s->out->quality.residual, effort.residual);
   s->out->sweeps += effort.sweeps;
