@@ -201,7 +201,8 @@ static void take_sample(np_error_probe *probe, unsigned seed, const np_pixel_lum
 
 /* A pixel's light as its seeds show it, and an outlier's own value beside them. More than the pixels around have is
  * believed if it is not of one value alone, by the effective number of those that exceed them (Kish 1965,
- * section 11.7): the sun's disk in a gap between clouds is repeated, a rare path is not. */
+ * section 11.7): the sun through the rim of a cloud is repeated, a rare path is not. A pixel that a disk reaches needs
+ * no other: a few samples may miss a disk that is smaller than the pixel with all seeds. */
 static double find_level(const np_error_probe *p, unsigned count) {
   const double base = p->around > 0.0 ? p->around : 0.0, first = p->is_outlier ? p->value : 0.0;
   double sum = first, excess = fmax(first - base, 0.0), squares = excess * excess;

@@ -90,8 +90,6 @@ static void end_budget(np_scattering_solver *s) {
 
 /* ---- Levels ---- */
 
-/* Solves a level. A band goes no further than the band that was cut before, or clouds would get its colour. Coarse
- * levels provide the light that clouds send down, for the border of finer levels. */
 /* Light that leaves the clouds towards ground and air, in all. */
 static double sum_outflow(const np_outflow *outflow) {
   const float *way = &outflow->way[0][0][0];
@@ -100,29 +98,31 @@ static double sum_outflow(const np_outflow *outflow) {
   return sum;
 }
 
-/* Solves a level under the light that the last outflow sends back. A coarse solution of deep clouds may be far from the
+/* Solves a level, and lights its border by what it lets out. A coarse solution of deep clouds may be far from the
  * level's: where it let out more than twice the light, or less than half, the level is solved under none, and again
  * until what it lets out agrees with what it is under to 2 %. */
 static neph_result solve_under_outflow(np_scattering_solver *s, np_transport_level *level,
                                        np_transport_effort *effort) {
   enum { TURNS_MAX = 16 };
   static const double first_ratio = 2.0, last_ratio = 1.02;
-  const double given = effort->outflow && s->has_outflow ? sum_outflow(effort->outflow) : 0.0;
-  double before = given, ratio = first_ratio;
+  const bool is_lit = effort->outflow && s->has_outflow;
+  double before = is_lit ? sum_outflow(effort->outflow) : 0.0, ratio = first_ratio;
   for (int turn = 0; turn < TURNS_MAX; turn++) {
     neph_result result = np_transport_level_solve(&s->broad->lights, level, effort);
     if (result || !effort->outflow || effort->is_cut || effort->sweeps == 0) return result;
     const double after = sum_outflow(effort->outflow);
-    const bool is_even = after < ratio * before && before < ratio * after;
-    s->has_outflow = is_even || !(given > 0.0) || turn > 0;
+    const bool is_done = !is_lit || (after <= ratio * before && before <= ratio * after);
+    s->has_outflow = is_done || turn > 0;
     np_scattering_solver_light_border(s);
-    if (is_even || !(given > 0.0)) break;
-    before = turn > 0 ? after : 0.0;
+    if (is_done) break;
+    before = s->has_outflow ? after : 0.0;
     ratio = last_ratio;
   }
   return NEPH_OK;
 }
 
+/* Solves a level. A band goes no further than the band that was cut before, or clouds would get its colour. Coarse
+ * levels provide the light that clouds send down, for the border of finer levels. */
 static neph_result solve_level(np_scattering_solver *s, unsigned number, double tolerance) {
   if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return NEPH_OK;
   if (s->out->quality.is_cut && number < s->cut.level) return NEPH_OK;
