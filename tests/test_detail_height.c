@@ -121,6 +121,24 @@ static void a_picture_of_few_samples_takes_what_is_near(void **state) {
   }
 }
 
+/* Clouds of a first picture by an approximation are sketches, which no other picture takes; it takes those of others.
+ */
+static void clouds_of_a_sketch_are_for_first_pictures_alone(void **state) {
+  fixture *f = *state;
+  set(f, "render.multiple_scattering", "octaves");
+  neph_image_destroy(render(f, f->renderer, 4, 64));
+  neph_image_destroy(render_samples(f, f->renderer, 1, 64, 1));
+  assert_non_null(strstr(f->log.text, "cloud a: rebuilt"));
+  neph_image *image = render(f, f->renderer, 1, 64);
+  assert_non_null(strstr(f->log.text, "cloud a: reused"));
+  assert_bits_of_the_picture_alone(f, image);
+  neph_image_destroy(image);
+  neph_image_destroy(render(f, f->renderer, 1, 64));
+  set(f, "camera.position", "[50 m, -6 km, 900 m]");
+  neph_image_destroy(render(f, f->renderer, 4, 64));
+  assert_non_null(strstr(f->log.text, "cloud a: reused"));
+}
+
 /* Light that has turned by more than a few degrees, and clouds of another shape, are not near. */
 static void a_first_picture_makes_what_is_far(void **state) {
   fixture *f = *state;
@@ -164,6 +182,7 @@ int main(void) {
       DETAIL_TEST(the_picture_chooses_its_own_detail_by_default),
       DETAIL_TEST(a_first_picture_takes_what_is_near),
       DETAIL_TEST(a_picture_of_few_samples_takes_what_is_near),
+      DETAIL_TEST(clouds_of_a_sketch_are_for_first_pictures_alone),
       DETAIL_TEST(a_first_picture_makes_what_is_far),
       DETAIL_TEST(heights_stay_under_another_cover),
       DETAIL_TEST(heights_beyond_a_picture_are_refused),

@@ -14,6 +14,7 @@
 typedef enum np_bake_use {
   NP_BAKE_FOR_GRID, /* measured and discarded */
   NP_BAKE_FOR_BRICKS,
+  NP_BAKE_FOR_SKETCH, /* bricks for a first picture, which another bake replaces */
   NP_BAKE_FOR_FILE
 } np_bake_use;
 

@@ -187,6 +187,18 @@ neph_result np_bake_check_box(neph_context *context, const neph_cloud_desc *clou
   return lay_out(&rounded, desc, &bake);
 }
 
+/* Builds the model. The losses of a sketch are not those of the bake that replaces it. */
+static neph_result build_model(np_bake *bake, const neph_cloud_desc *cloud) {
+  const double radius_m = bake->desc.planet_radius_m;
+  if (bake->use == NP_BAKE_FOR_SKETCH)
+    return np_cloud_model_sketch(bake->context, cloud, radius_m, bake->monitor, &bake->model);
+  neph_result result = np_cloud_model_build(bake->context, cloud, radius_m, bake->monitor, &bake->model);
+  if (result) return result;
+  result = np_bake_warn_of_losses(bake->context, &bake->model, bake->monitor);
+  if (result) np_bake_end(bake);
+  return result;
+}
+
 neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                           np_bake_use use, np_monitor *monitor, np_bake *out_bake) {
   const neph_cloud_desc rounded = np_repeat_round(cloud);
@@ -195,11 +207,7 @@ neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, c
   for (int a = 0; a < 3; a++) out_bake->lod.origin_m[a] = np_bake_compute_offset_m(out_bake, a, 0);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.05);
   np_monitor_set_stage(monitor, "preparing cloud");
-  if (!result) result = np_cloud_model_build(context, &rounded, desc->planet_radius_m, monitor, &out_bake->model);
-  if (result) return result;
-  result = np_bake_warn_of_losses(context, &out_bake->model, monitor);
-  if (result) np_bake_end(out_bake);
-  return result;
+  return result ? result : build_model(out_bake, &rounded);
 }
 
 neph_result np_bake_get_level(const np_bake *bake, unsigned level, np_bake *out_level) {

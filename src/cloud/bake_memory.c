@@ -119,7 +119,8 @@ static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory
   const double model_bytes = count_model_bytes(&bake->model);
   *need = (memory_need){.leaves = (double)marks->cloudy_count * sizeof(np_leaf),
                         .work = (double)np_bake_count_box(bake) + BATCH_BYTES + model_bytes};
-  if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = count_brick_bytes(bake, marks, bake->desc.precision);
+  const bool has_bricks = bake->use == NP_BAKE_FOR_BRICKS || bake->use == NP_BAKE_FOR_SKETCH;
+  if (has_bricks) need->bricks = count_brick_bytes(bake, marks, bake->desc.precision);
   if (bake->use != NP_BAKE_FOR_FILE) return true;
   need->leaves = 0;
   need->tree = vdb_library_bytes;

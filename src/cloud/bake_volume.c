@@ -57,14 +57,13 @@ neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume) {
   return result;
 }
 
-neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
-                            neph_volume **out_volume) {
-  if (NP_LACKS_OUT(context, out_volume)) return NEPH_ERROR_INVALID_ARGUMENT;
+static neph_result bake_volume(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                               np_bake_use use, neph_volume **out_volume) {
   np_bake bake;
   np_monitor monitor;
   *out_volume = NULL;
   const unsigned mode = np_float_mode_enter();
-  neph_result result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_BRICKS, &monitor, &bake);
+  neph_result result = np_bake_start_checked(context, cloud, desc, use, &monitor, &bake);
   if (!result) {
     bake.desc.error = NULL;
     result = np_bake_make_volume(&bake, out_volume);
@@ -72,6 +71,17 @@ neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud,
   }
   np_float_mode_leave(mode);
   return result;
+}
+
+neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                            neph_volume **out_volume) {
+  if (NP_LACKS_OUT(context, out_volume)) return NEPH_ERROR_INVALID_ARGUMENT;
+  return bake_volume(context, cloud, desc, NP_BAKE_FOR_BRICKS, out_volume);
+}
+
+neph_result np_cloud_bake_sketch(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                 neph_volume **out_volume) {
+  return bake_volume(context, cloud, desc, NP_BAKE_FOR_SKETCH, out_volume);
 }
 
 /* ---- The model itself ---- */

@@ -36,12 +36,13 @@ static void set_heights(const np_cloud_model *model, census *c) {
 static census make_census(const np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   census c = {.model = model};
+  const int columns_max = model->is_sketch ? CENSUS_COLUMNS_MAX / 2 : CENSUS_COLUMNS_MAX;
   set_heights(model, &c);
   for (int a = 0; a < 2; a++) {
     const double voxel_m = desc->voxel_m * model->sample_count, voxels = fmax(round(desc->extent_m[a] / voxel_m), 1);
-    const bool is_all = model->sample_count > 1 && voxels <= CENSUS_COLUMNS_MAX;
-    c.columns[a] = is_all ? (int)voxels : CENSUS_COLUMNS_MAX;
-    c.cell_m[a] = is_all ? (float)voxel_m : (float)desc->extent_m[a] / CENSUS_COLUMNS_MAX;
+    const bool is_all = model->sample_count > 1 && voxels <= columns_max;
+    c.columns[a] = is_all ? (int)voxels : columns_max;
+    c.cell_m[a] = is_all ? (float)voxel_m : (float)desc->extent_m[a] / (float)columns_max;
   }
   return c;
 }

@@ -65,14 +65,16 @@ static neph_result build_map_and_waterline(const np_measured_map *measured, np_m
   return result;
 }
 
-neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, double planet_radius_m,
-                                 np_monitor *monitor, np_cloud_model *out_model) {
+static neph_result build(neph_context *context, const neph_cloud_desc *desc, double planet_radius_m, bool is_sketch,
+                         np_monitor *monitor, np_cloud_model *out_model) {
   np_cloud_model model = {.kind = np_cloud_kind_get(desc->model),
                           .context = context,
+                          .is_sketch = is_sketch,
                           .desc = np_repeat_round(desc),
                           .planet_radius_m = planet_radius_m,
                           .noise = np_noise_get_table(context->isa)};
   model.sample_count = np_cloud_grain_count(&model.desc);
+  if (is_sketch) model.sample_count = (model.sample_count + 1) / 2;
   model.desc.voxel_m /= model.sample_count;
   model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
   desc = &model.desc;
@@ -95,6 +97,16 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
   }
   *out_model = model;
   return NEPH_OK;
+}
+
+neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, double planet_radius_m,
+                                 np_monitor *monitor, np_cloud_model *out_model) {
+  return build(context, desc, planet_radius_m, false, monitor, out_model);
+}
+
+neph_result np_cloud_model_sketch(neph_context *context, const neph_cloud_desc *desc, double planet_radius_m,
+                                  np_monitor *monitor, np_cloud_model *out_model) {
+  return build(context, desc, planet_radius_m, true, monitor, out_model);
 }
 
 np_cloud_model np_cloud_model_refine(const np_cloud_model *model, double share) {

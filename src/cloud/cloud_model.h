@@ -106,6 +106,7 @@ struct np_cloud_model {
   np_trail trails[NEPH_CLOUD_TRAILS_MAX];
   np_measured_columns columns; /* empty without a measured field */
   bool is_empty;               /* coverage 0 */
+  bool is_sketch;              /* grains are twice as long, and the waterline is searched roughly */
 };
 
 #endif

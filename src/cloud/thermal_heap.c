@@ -94,7 +94,8 @@ static neph_result count_shadow(np_cloud_model *model, np_monitor *monitor, doub
 static neph_result search_shadow(np_cloud_model *model, np_monitor *monitor, double wanted) {
   const float spread = model->map.highest - model->map.lowest;
   float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
-  for (int step = 0; step < NP_WATERLINE_STEPS; step++) {
+  const int steps = np_waterline_count_steps(model);
+  for (int step = 0; step < steps; step++) {
     double fraction = 0;
     const float middle = 0.5f * (low + high);
     np_waterline_set(model, middle);
@@ -109,6 +110,7 @@ static neph_result search_shadow(np_cloud_model *model, np_monitor *monitor, dou
 /* Largest number of corrections of the projected cover, which does not include anvils. */
 static int count_corrections(const np_cloud_model *model) {
   enum { CORRECTIONS = 3, CORRECTIONS_MAX = 8 };
+  if (model->is_sketch) return model->map.anvils || model->map.levels ? CORRECTIONS : 1;
   return model->map.anvils || np_waterline_is_best(model) ? CORRECTIONS_MAX : CORRECTIONS;
 }
 
@@ -132,6 +134,6 @@ neph_result np_thermals_search_waterline(np_cloud_model *model, np_monitor *moni
     wanted *= fmin(fmax(model->map.coverage / fmax(fraction, 1e-3), 0.3), 2.0);
     result = search_shadow(model, monitor, fmin(wanted, 1));
   }
-  if (np_waterline_is_best(model)) np_waterline_set(model, best.value);
+  if (np_waterline_is_best(model) && corrections > 1) np_waterline_set(model, best.value);
   return result;
 }

@@ -30,7 +30,8 @@ neph_result np_waterline_search(np_cloud_model *model, np_monitor *monitor) {
   const float spread = model->map.highest - model->map.lowest;
   float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
   np_waterline best = {.miss = INFINITY};
-  for (int step = 0; step < NP_WATERLINE_STEPS; step++) {
+  const int steps = np_waterline_count_steps(model);
+  for (int step = 0; step < steps; step++) {
     double fraction = 0;
     const float middle = 0.5f * (low + high);
     np_waterline_set(model, middle);

@@ -5,7 +5,8 @@
 
 #include "cloud/cloud_model.h"
 
-enum { NP_WATERLINE_STEPS = 14 }; /* bisection steps */
+/* Number of bisection steps of a model. */
+static inline int np_waterline_count_steps(const np_cloud_model *model) { return model->is_sketch ? 9 : 14; }
 
 /* A tested waterline, and the error of its coverage. */
 typedef struct np_waterline {

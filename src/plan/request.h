@@ -37,6 +37,11 @@ static inline bool np_request_is_coarse(const np_request *request) {
   return request->desc.detail_height && request->desc.detail_height != request->desc.height;
 }
 
+/* Whether the clouds of a picture are sketches: of a first one whose light is an approximation in any case. */
+static inline bool np_request_has_sketches(const np_request *request) {
+  return np_request_is_coarse(request) && request->desc.multiple_scattering != NEPH_MULTIPLE_SCATTERING_ORDINATES;
+}
+
 /* Checks scene and description. `desc` NULL: the scene's own. */
 neph_result np_request_make(const neph_scene *scene, const neph_render_desc *desc, np_request *out_request);
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "stages/cloud_load.h"
 
+#include "cloud/bake_volume.h"
 #include "plan/plan.h"
 #include "plan/plan_detail.h"
 #include "scene/cloud_file.h"
@@ -27,6 +28,8 @@ static neph_result bake(const np_volumes_inputs *in, const np_scene_cloud *cloud
   np_cloud_ground ground;
   neph_result result = np_cloud_ground_give(in->scene, in->terrain, &at_frame, &ground);
   if (result) return result;
+  const bool is_sketch = np_request_has_sketches(&in->plan->request);
+  if (!path && is_sketch) return np_cloud_bake_sketch(context, &at_frame, &desc, out_volume);
   if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
   return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }

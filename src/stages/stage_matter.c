@@ -33,6 +33,7 @@ typedef struct source_key {
   char hash[33]; /* fingerprint; empty: a file that is still to be written */
   char near[33]; /* the same but for the size of voxels, or of steps of the heights; empty: unknown */
   double size;   /* edge of a voxel, or number of heights a side */
+  bool is_sketch;
   np_cloud_source source;
 } source_key;
 
@@ -92,6 +93,7 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
     np_hash_add_text(hash, "no file");
   else
     result = add_bake(hash, in->plan, in->scene, cloud, np_plan_get_bake(&in->plan->request, in->scene, cloud).voxel_m);
+  if (!path && out_key->is_sketch) np_hash_add_text(hash, "sketch");
   const unsigned copy_levels = np_plan_count_copy_levels(&in->plan->request, in->scene, cloud);
   NP_HASH_ADD(hash, copy_levels);
   NP_HASH_ADD(hash, cloud->interpolation);
@@ -116,7 +118,7 @@ static bool is_near(const np_stage_part *in, const source_key *own) {
   static const double most = 2.01;
   const source_key *wanted = in->key;
   return np_stage_takes_near(in) && *own->near && !strcmp(own->near, wanted->near) &&
-         own->size <= most * wanted->size && wanted->size <= most * own->size;
+         (wanted->is_sketch || !own->is_sketch) && own->size <= most * wanted->size && wanted->size <= most * own->size;
 }
 
 static void compare_source(const np_stage_part *in, const source_key *own, char *out_reason) {
@@ -233,6 +235,7 @@ static neph_result get_volumes_key(const np_volumes_inputs *in, void **out_key) 
   np_cloud_file file;
   neph_result result = key ? np_stage_get_cloud_file(&in->part, &file) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
+  key->is_sketch = np_request_has_sketches(&in->plan->request);
   result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->request.desc.frame, &key->source);
   if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(&in->part, file.path, key);
   if (!result) result = fill_near(&in->part, file.path, key);
