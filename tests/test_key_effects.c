@@ -345,6 +345,7 @@ static const struct {
     {"clouds[].detail.size", "test_brick_detail.c"},
     {"clouds[].detail.seed", "test_brick_detail.c"},
     {"clouds[].bake.preset", "test_cloud_presets.c"},
+    {"clouds[].bake.repeat", "test_sheets.c"},
     {"clouds[].bake.levels", "test_bake_lod.c"},
     {"clouds[].bake.level_pixels", "test_bake_lod.c"},
     {"clouds[].bake.billow_amounts", "test_cloud_sliders.c"},

@@ -573,10 +573,10 @@ static void repeating_fields_repeat(void **state) {
 
   /* A field that no bake accepts has no textures. */
   neph_scene *scene = load(f, "version: 1\natmosphere: none\n"
-                              "clouds: [{name: low, bake: {preset: stratocumulus, repeat: 20 km}}]\n");
+                              "clouds: [{name: low, bake: {preset: nimbostratus, repeat: 20 km}}]\n");
   test_log_clear(&f->log);
   assert_int_equal(neph_scene_export_textures(scene, 1, NULL, f->folder), NEPH_ERROR_BAD_SCENE);
-  assert_one_error(&f->log, "repeat is 20000 m, so that wind must blow along x or y");
+  assert_one_error(&f->log, "repeat is 20000 m, so that precipitation must be 0");
   neph_scene_destroy(scene);
 }
 

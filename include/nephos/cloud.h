@@ -183,8 +183,8 @@ typedef struct neph_cloud_desc {
   /** Distance from its middle up to which the field repeats without a seam in a scene, as tiles of width `extent_m`.
    * All lattices go into a tile a whole number of times and voxels a multiple of eight times; their sizes are rounded
    * accordingly. 0 to 1e6; 0: the field ends at its extent (default 0). Only for the models cells, slab, thermals, deck
-   * and streaks, square and in the middle, without a picture, ground, shape or precipitation; patterns along the wind
-   * need a wind along x or y. */
+   * and streaks, square and in the middle, without a picture, ground, shape or precipitation; the tile's x runs along a
+   * wind that blows along neither axis, and a scene turns it back. */
   double repeat_m;
   /** Alignment of clouds: 0 is loose groups, 1 is streets and rolls along the wind, or x in calm, 2·`cell_m` apart; for
    * the models cells, slab, thermals and deck (default 0). */

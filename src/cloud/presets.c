@@ -91,6 +91,10 @@ static const preset presets[] = {
 /* Presets whose clouds are of crystals; the others are of droplets. */
 static const char *const ices[] = {"altostratus", "cirrus", "contrail"};
 
+/* Presets whose clouds are a sheet from horizon to horizon; the others are single clouds, or fields that end. */
+static const char *const sheets[] = {"stratocumulus", "stratus", "nimbostratus",  "altostratus",
+                                     "cirrus",        "fog",     "valley_stratus"};
+
 enum { PRESET_COUNT = sizeof presets / sizeof *presets };
 
 const char *np_cloud_get_preset_name(size_t index) { return index < PRESET_COUNT ? presets[index].name : NULL; }
@@ -107,10 +111,19 @@ static const preset *search_preset(const char *name) {
 
 bool np_cloud_has_preset(const char *name) { return search_preset(name) != NULL; }
 
-bool np_cloud_preset_is_ice(const char *name) {
-  for (size_t i = 0; i < sizeof ices / sizeof *ices; i++)
-    if (!strcmp(ices[i], name)) return true;
+static bool is_listed(const char *name, const char *const *list, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    if (!strcmp(list[i], name)) return true;
   return false;
+}
+
+bool np_cloud_preset_is_ice(const char *name) { return is_listed(name, ices, sizeof ices / sizeof *ices); }
+
+bool np_cloud_preset_is_sheet(const char *name) { return is_listed(name, sheets, sizeof sheets / sizeof *sheets); }
+
+double np_cloud_preset_get_extent(const char *name) {
+  const preset *found = search_preset(name);
+  return found ? found->desc.extent_m[0] : 0.0;
 }
 
 neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_cloud_desc *out_desc) {

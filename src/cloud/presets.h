@@ -12,6 +12,12 @@ bool np_cloud_has_preset(const char *name);
 /* Whether a preset's clouds are of ice. */
 bool np_cloud_preset_is_ice(const char *name);
 
+/* Whether a preset's clouds are a sheet that covers the sky as far as it is seen. */
+bool np_cloud_preset_is_sheet(const char *name);
+
+/* Extent of a preset's field, which is square; 0: no such preset. */
+double np_cloud_preset_get_extent(const char *name);
+
 /* Name of a preset; NULL behind the last. */
 const char *np_cloud_get_preset_name(size_t index);
 

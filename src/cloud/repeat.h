@@ -10,8 +10,13 @@
 #include "noise/noise.h"
 
 /* The description; for a repeating field, with a voxel size that divides the tile into whole leaves, so that it can be
- * halved three times. */
+ * halved three times, and in a frame whose x runs along a wind that blows along neither axis: patterns along the wind
+ * meet at the borders of a tile that is turned with it. */
 neph_cloud_desc np_repeat_round(const neph_cloud_desc *desc);
+
+/* Angle from east, counter-clockwise, by which a scene turns the tiles of a repeating field; 0 for a wind along x or y,
+ * and for fields that do not repeat. */
+double np_repeat_get_turn(const neph_cloud_desc *desc);
 
 /* Rounded quotient of an extent and a size, at least 1. */
 static inline int32_t np_repeat_count(double extent, double size) {

@@ -6,8 +6,7 @@
 #include "cloud/shape_desc.h"
 #include "core/text.h"
 
-/* First setting, besides the model, that prevents a field from repeating; NULL: none. */
-static const char *search_obstacle(const neph_cloud_desc *desc) {
+const char *np_repeat_search_obstacle(const neph_cloud_desc *desc) {
   const double *wind = desc->wind_m_s;
   if (desc->extent_m[0] != desc->extent_m[1]) return "extent must be square";
   if (desc->center_m[0] != 0 || desc->center_m[1] != 0) return "center must be 0 m, 0 m";
@@ -17,7 +16,8 @@ static const char *search_obstacle(const neph_cloud_desc *desc) {
   if (desc->ground_lift > 0 || desc->ground_cover != 0)
     return "ground_lift and ground_cover must be 0: tiles are alike";
   if (desc->precipitation > 0) return "precipitation must be 0";
-  if (wind[0] != 0 && wind[1] != 0) return "wind must blow along x or y: turn the camera and the sun instead";
+  if (desc->has_winds && wind[0] != 0 && wind[1] != 0)
+    return "wind must blow along x or y beside wind_speed: turn the camera and the sun instead";
   return NULL;
 }
 
@@ -44,7 +44,7 @@ neph_result np_repeat_check(neph_context *context, const neph_cloud_desc *desc) 
   const char *name = np_cloud_desc_name(desc);
   const np_cloud_kind *kind = np_cloud_kind_get(desc->model);
   if (kind->repeat_obstacle) return refuse_kind(context, desc, kind);
-  const char *obstacle = search_obstacle(desc);
+  const char *obstacle = np_repeat_search_obstacle(desc);
   if (!obstacle) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.repeat is %g m, so that %s; or leave out repeat", name,
                  desc->repeat_m, obstacle);

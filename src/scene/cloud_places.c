@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cloud/repeat.h"
 #include "core/alloc.h"
 #include "core/csv.h"
 #include "core/file.h"
@@ -79,12 +80,14 @@ static np_affine make_tilt(const double tilt_rad[2]) {
       {{c + d * x * x, d * x * y, s * y, 0}, {d * x * y, c + d * y * y, -s * x, 0}, {-s * y, s * x, c, 0}}};
 }
 
-/* Place of a tile at a distance east and north along the sphere: rotated about the planet's centre, which lies below
- * the origin. */
-static np_cloud_place make_tile(const neph_cloud_desc *bake, double planet_radius_m, double east_m, double north_m) {
+/* Place of a tile at a distance along the axes of the tiles on the sphere: rotated about the planet's centre, which
+ * lies below the origin. */
+static np_cloud_place make_tile(const neph_cloud_desc *bake, double planet_radius_m, double along_m, double across_m) {
+  const double turn_rad = np_repeat_get_turn(bake), c = cos(turn_rad), s = sin(turn_rad);
+  const double east_m = c * along_m - s * across_m, north_m = s * along_m + c * across_m;
   const double radius_m = planet_radius_m + bake->base_altitude_m + 0.5 * bake->thickness_m;
   const double far_m = hypot(east_m, north_m), angle = far_m / radius_m;
-  np_cloud_place place = {.scale = 1.0, .tilt_rad = {-north_m / radius_m, east_m / radius_m}};
+  np_cloud_place place = {.rotation_rad = turn_rad, .scale = 1.0, .tilt_rad = {-north_m / radius_m, east_m / radius_m}};
   if (!(far_m > 0.0)) return place;
   const double half = sin(0.5 * angle);
   place.position_m[0] = planet_radius_m * sin(angle) * east_m / far_m;
@@ -96,8 +99,10 @@ static np_cloud_place make_tile(const neph_cloud_desc *bake, double planet_radiu
 bool np_cloud_places_repeat_alike(const np_scene_cloud *a, double a_radius_m, const np_scene_cloud *b,
                                   double b_radius_m) {
   const neph_cloud_desc *p = &a->bake, *q = &b->bake;
-  const double one[] = {p->extent_m[0], p->repeat_m, p->base_altitude_m, p->thickness_m, a_radius_m};
-  const double other[] = {q->extent_m[0], q->repeat_m, q->base_altitude_m, q->thickness_m, b_radius_m};
+  const double one[] = {p->extent_m[0], p->repeat_m,           p->base_altitude_m,
+                        p->thickness_m, np_repeat_get_turn(p), a_radius_m};
+  const double other[] = {q->extent_m[0], q->repeat_m,           q->base_altitude_m,
+                          q->thickness_m, np_repeat_get_turn(q), b_radius_m};
   return !memcmp(one, other, sizeof one);
 }
 

@@ -230,8 +230,7 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
                           index, cloud->emission.offset_k);
 }
 
-/* Name of the first key that moves or copies a bake; NULL: none. */
-static const char *search_move(const np_scene_cloud *cloud) {
+const char *np_scene_cloud_search_move(const np_scene_cloud *cloud) {
   const double *s = cloud->scale, *t = cloud->tilt_rad;
   return cloud->places                               ? "places"
          : cloud->has_position                       ? "position"
@@ -246,7 +245,7 @@ static const char *search_move(const np_scene_cloud *cloud) {
 static neph_result check_repeat(const neph_scene *scene, unsigned index, const np_node *node,
                                 np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  const char *key = search_move(cloud);
+  const char *key = np_scene_cloud_search_move(cloud);
   if (!cloud->is_baked || !(cloud->bake.repeat_m > 0.0) || !key) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(node, key),
                           "clouds[%u].%s and clouds[%u].bake.repeat exclude each other: tiles meet where the bake puts "
@@ -311,7 +310,7 @@ static neph_result check_levels(const neph_scene *scene, unsigned index, const n
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!cloud->is_baked || cloud->level_count < 2) return NEPH_OK;
   const np_node *bake = np_node_search(node, "bake");
-  const char *move = search_move(cloud);
+  const char *move = np_scene_cloud_search_move(cloud);
   const char *key = move                                              ? move
                     : cloud->voxel_m > 0.0                            ? "voxel"
                     : cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH ? "optical_depth"

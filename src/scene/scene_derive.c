@@ -9,6 +9,7 @@
 #include "scene/scene_air.h"
 #include "scene/scene_node.h"
 #include "scene/sequence.h"
+#include "scene/sheets.h"
 #include "terrain/terrain_private.h"
 
 void np_scene_derive_cloud(np_scene_cloud *cloud) {
@@ -121,7 +122,8 @@ neph_result np_scene_derive(neph_scene *scene) {
     derive_step(scene, &scene->clouds[i]);
     scene->clouds[i].repeat_reach_m = scene->environment.has_planet ? field_reach_m : 0.0;
   }
-  if (!result) result = derive_repeats(scene);
-  if (!result) np_scene_derive_reach(scene);
-  return result;
+  if (result) return result;
+  np_scene_derive_reach(scene);
+  np_sheets_derive(scene);
+  return derive_repeats(scene);
 }

@@ -18,6 +18,7 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice interpolations[] = {
     {"linear", NEPH_INTERPOLATION_LINEAR}, {"nearest", NEPH_INTERPOLATION_NEAREST}, {NULL, 0}};
+static const np_choice bake_repeats[] = {{"auto", NP_BAKE_REPEAT_AUTO}, {"none", NP_BAKE_REPEAT_NONE}, {NULL, 0}};
 static const np_choice details[] = {{"auto", NP_DETAIL_AUTO}, {"none", NP_DETAIL_NONE}, {NULL, 0}};
 static const np_choice repeats[] = {{"none", NP_REPEAT_NONE}, {"file", NP_REPEAT_FILE}, {NULL, 0}};
 static const np_choice habits[] = {
@@ -285,8 +286,10 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.center", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.center_m),
      .range = ANYWHERE, .fallback = "0 m, 0 m", .meaning = "x and y of the centre of the field"},
     {.path = "clouds[].bake.repeat", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.repeat_m),
-     .range = WITHIN(0, 1e6), .fallback = "0 m",
-     .meaning = "distance to which the field repeats without a seam, each tile tangent to the planet; 0: not repeated"},
+     .range = WITHIN(0, 1e6), .choices = bake_repeats, .tag = CLOUD(bake_repeat), .tag_value = NP_BAKE_REPEAT_GIVEN,
+     .fallback = "auto",
+     .meaning = "distance to which the field repeats without a seam, tiles tangent to the planet; auto: the horizon "
+                "for a preset that is a sheet, without an extent of its own; none or 0: not repeated"},
     {.path = "clouds[].bake.levels", .type = NP_KEY_INTEGER, .field = CLOUD(level_count),
      .range = WITHIN(1, NEPH_BAKE_LODS_MAX), .fallback = "1",
      .meaning = "number of voxel sizes: voxel near the camera, and 2, 4, … times that with distance"},

@@ -201,6 +201,13 @@ typedef struct np_scene_map {
   double ground_temperature_k; /* temperature at sea level of the standard profile */
 } np_scene_map;
 
+/* Repetition of a baked cloud. */
+typedef enum np_bake_repeat {
+  NP_BAKE_REPEAT_AUTO, /* default: a sheet to the horizon, where nothing prevents it */
+  NP_BAKE_REPEAT_NONE,
+  NP_BAKE_REPEAT_GIVEN
+} np_bake_repeat;
+
 typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* set by an API call, owned by the document; NULL: read from a file or baked */
@@ -225,6 +232,7 @@ typedef struct np_scene_cloud {
   double repeat_m[2];    /* periods, if they are lengths */
   double repeat_reach_m; /* derived: distance at which the field ends; 0: no end */
   bool is_baked;
+  np_bake_repeat bake_repeat;   /* whether the range of its tiles, bake.repeat_m, is derived */
   char *preset;         /* bake preset; NULL: none */
   neph_cloud_desc bake; /* its map_file, of the scene's frame, is owned */
   char *map_image;      /* resolved file pattern of the weather map; NULL: none */
@@ -442,6 +450,7 @@ double np_scene_cloud_get_scale(const np_scene_cloud *cloud);
 /* Number of a sequence's file in a frame; independent of the speed in frame 1. */
 double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame);
 
+const char *np_scene_cloud_search_move(const np_scene_cloud *cloud);
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
 
 /* Factor on radiances in pictures. Defaults: 1 for bands, 2 for colours, for which a perfect diffuser under sun and sky

@@ -4,6 +4,7 @@
 #include "core/given.h"
 #include "plan/plan_detail.h"
 #include "scene/scene_eval.h"
+#include "scene/sheets.h"
 
 static neph_result check_cloud(const neph_scene *scene, unsigned cloud_index) {
   if (cloud_index < scene->cloud_count && scene->clouds[cloud_index].is_baked) return np_scene_check(scene);
@@ -13,6 +14,7 @@ static neph_result check_cloud(const neph_scene *scene, unsigned cloud_index) {
 
 neph_result np_cloud_in_frame_make(const neph_scene *scene, unsigned cloud_index, int frame, np_cloud_in_frame *out) {
   *out = (np_cloud_in_frame){.desc = np_scene_cloud_get_frame(&scene->clouds[cloud_index], frame)};
+  np_sheet_set_alone(&scene->clouds[cloud_index], &out->desc);
   const neph_result result = np_cloud_ground_make(scene, &out->desc, &out->terrain);
   return result ? result : np_cloud_ground_give(scene, out->terrain, &out->desc, &out->ground);
 }
@@ -56,7 +58,8 @@ neph_result neph_scene_save_map(const neph_scene *scene, unsigned cloud_index, i
   neph_result result = check_cloud(scene, cloud_index);
   if (!result) result = np_scene_eval_bakes(scene, frame, &at);
   if (result) return result;
-  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(&at.clouds[cloud_index], frame);
+  neph_cloud_desc at_frame = np_scene_cloud_get_frame(&at.clouds[cloud_index], frame);
+  np_sheet_set_alone(&at.clouds[cloud_index], &at_frame);
   result = neph_cloud_save_map(scene->context, &at_frame, path, out_picture);
   np_scene_eval_clear(&at);
   return result;

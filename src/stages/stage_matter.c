@@ -15,6 +15,7 @@
 #include "plan/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "scene/cloud_ground.h"
+#include "scene/sheets.h"
 #include "stages/cloud_load.h"
 #include "stages/copies.h"
 #include "stages/stage_part.h"
@@ -473,6 +474,20 @@ static double get_ground_radius(const np_volumes_inputs *in) {
   return is_known && in->scene->environment.has_planet ? in->scene->atmosphere.planet_radius_m : 0.0;
 }
 
+/* States how far a sheet goes whose repetition is automatic, or why it ends in sight. */
+static void report_sheet(const cloud_build *c) {
+  neph_context *context = c->in->context;
+  const char *obstacle = np_sheet_search_obstacle(c->in->scene, c->cloud);
+  if (!np_sheet_is_automatic(c->cloud)) return;
+  if (obstacle)
+    np_log(context, NEPH_LOG_INFO, "cloud %s: the sheet ends at its extent and is not repeated to the horizon: %s",
+           c->cloud->name, obstacle);
+  else
+    np_log(context, NEPH_LOG_INFO,
+           "cloud %s: the sheet is repeated to %.3g km in %u tiles; bake.repeat: none ends it at its extent",
+           c->cloud->name, 1e-3 * c->cloud->bake.repeat_m, c->cloud->place_count);
+}
+
 static neph_result place_cloud(cloud_build *c) {
   neph_context *context = c->in->context;
   np_monitor *monitor = c->in->monitor;
@@ -486,6 +501,7 @@ static neph_result place_cloud(cloud_build *c) {
   if (result || c->parts->low.x > c->parts->high.x) return result;
   np_log(context, NEPH_LOG_INFO, "cloud %s: from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m", c->cloud->name,
          c->parts->low.x, c->parts->low.y, c->parts->low.z, c->parts->high.x, c->parts->high.y, c->parts->high.z);
+  report_sheet(c);
   const np_placement_view view = {c->in->camera, get_ground_radius(c->in), c->in->terrain};
   np_placement_check(context, c->cloud, &view, c->parts->low, c->parts->high);
   return NEPH_OK;

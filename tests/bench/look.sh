@@ -88,6 +88,25 @@ clouds:
 render: {samples: 2}
 output: {aovs: [depth]}
 END
+# The 2° above the horizon of the ground under a deck by default.
+cat >deck.yaml <<END
+version: 1
+camera: {position: [0 m, 0 m, 20 m], look_at: [0 m, 100 m, 21.8 m], fov: 20 deg, resolution: [160, 16]}
+sun: {elevation: 35 deg, azimuth: 120 deg}
+clouds:
+  - bake: {preset: stratocumulus, seed: $seed}
+render: {samples: 4}
+END
+# Bases of cumulus at the camera's height, 4.5 m a pixel at 4 km.
+cat >base.yaml <<END
+version: 1
+camera: {position: [0 m, -4 km, 1.2 km], look_at: [0 m, 0 m, 1.2 km], fov: 30 deg, resolution: [480, 160]}
+sun: {elevation: 38 deg, azimuth: 235 deg}
+clouds:
+  - bake: {preset: cumulus_mediocris, seed: $seed, extent: [4 km, 2 km], coverage: 0.4, voxel: 20 m}
+    detail: $detail
+render: {samples: 4}
+END
 sed '/^sun/a atmosphere: {haze: hazy}' sky.yaml >haze.yaml
 "$nephos" render -q congestus.yaml --cache cache -o near.exr
 "$nephos" render -q congestus.yaml --cache cache -o far.exr --resolution 425x239
@@ -98,6 +117,8 @@ for elevation in 6 5 4 3 2 1 0 -1 -2; do
   "$nephos" render -q low.yaml --set "sun.elevation=$elevation deg" -o low$elevation.png
 done
 "$nephos" render -q noon.yaml --cache cache -o noon.exr -o noon.png
+"$nephos" render -q deck.yaml -o deck.exr
+"$nephos" render -q base.yaml -o base.exr
 "$nephos" render -q horizon.yaml -o horizon.exr
 "$nephos" render -q horizon.yaml -o horizon_mean.exr --samples 64
 
