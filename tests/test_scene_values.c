@@ -77,6 +77,8 @@ static void test_values_are_written_shortly(void **state) {
   (void)state;
   assert_formatted(20, NP_UNIT_METRE, "20 m");
   assert_formatted(-6000, NP_UNIT_METRE, "-6 km");
+  assert_formatted(2534.7, NP_UNIT_METRE, "2.5347 km");
+  assert_formatted(-8949.07, NP_UNIT_METRE, "-8949.07 m"); /* -8.949069999999999 km */
   assert_formatted(20e-6, NP_UNIT_MICROMETRE, "20 um");
   assert_formatted(0.1, NP_UNIT_NONE, "0.1");
   assert_formatted(0.999995, NP_UNIT_NONE, "0.999995");

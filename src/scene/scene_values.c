@@ -150,12 +150,20 @@ static void format_shortest(double value, double value_si, const unit_row *unit,
   }
 }
 
-void np_value_format_real(double value_si, np_unit unit, char *out, size_t size) {
-  bool is_long = unit == NP_UNIT_METRE && fabs(value_si) >= 1000;
-  const unit_row *row = &units[is_long ? NP_UNIT_KILOMETRE : unit];
+/* Writes a value in a unit, and returns the length of its number. */
+static size_t format_in_unit(double value_si, const unit_row *unit, char *out, size_t size) {
   char number[40];
-  format_shortest(value_si * row->divisor / row->multiplier, value_si, row, number, sizeof number);
-  np_print(out, size, "%s%s%s", number, *row->name ? " " : "", row->name);
+  format_shortest(value_si * unit->divisor / unit->multiplier, value_si, unit, number, sizeof number);
+  np_print(out, size, "%s%s%s", number, *unit->name ? " " : "", unit->name);
+  return strlen(number);
+}
+
+void np_value_format_real(double value_si, np_unit unit, char *out, size_t size) {
+  const size_t length = format_in_unit(value_si, &units[unit], out, size);
+  if (unit != NP_UNIT_METRE || fabs(value_si) < 1000) return;
+  char kilometres[48]; /* rounding may have them need all 17 digits: -8.949069999999999 km are -8949.07 m */
+  if (format_in_unit(value_si, &units[NP_UNIT_KILOMETRE], kilometres, sizeof kilometres) <= length + 1)
+    np_print(out, size, "%s", kilometres);
 }
 
 /* glibc has one permanent C locale: newlocale allocates nothing and cannot fail. */
