@@ -49,11 +49,12 @@ const char *cli_view_document_get_refusal(const cli_view_document *document) {
 
 /* ---- Scenes ---- */
 
-/* Makes a scene of another and edits. Fails after messages. */
-static neph_result build(const neph_scene *file_scene, const cli_view_edits *edits, neph_scene **out_scene) {
+/* Makes a scene of another and edits, which is described in a frame. Fails after messages. */
+static neph_result build(const neph_scene *file_scene, const cli_view_edits *edits, int frame, neph_scene **out_scene) {
   neph_result result = neph_scene_clone(file_scene, out_scene);
   if (result) return result;
   result = cli_view_edits_apply(edits, *out_scene);
+  if (!result) result = neph_scene_set_frame(*out_scene, frame);
   if (!result) result = neph_scene_check(*out_scene);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
@@ -84,7 +85,7 @@ static unsigned accept_edits(cli_view_document *document, const neph_scene *base
   const bool has_new_output = base != document->scene || has_output(applied);
   neph_scene *scene = NULL;
   cli_view_messages_judge(document->messages, true);
-  const neph_result result = build(base, applied, &scene);
+  const neph_result result = build(base, applied, document->frame, &scene);
   cli_view_messages_judge(document->messages, false);
   if (result) {
     cli_view_edits_clear(&edits);
@@ -201,7 +202,8 @@ static unsigned vary(cli_view_document *document, char *line, neph_scene **out_s
   cli_view_cost cost;
   unsigned status = add_sets(document, &edits, line, &cost);
   if (status == 200) cli_view_messages_judge(document->messages, true);
-  if (status == 200 && (build(document->scene, &edits, out_scene) || prepare(document, out_scene))) status = 422;
+  if (status == 200 && (build(document->scene, &edits, document->frame, out_scene) || prepare(document, out_scene)))
+    status = 422;
   cli_view_messages_judge(document->messages, false);
   cli_view_edits_clear(&edits);
   return status;
@@ -298,8 +300,13 @@ void cli_view_document_touch(cli_view_document *document) {
 }
 
 unsigned cli_view_document_set_frame(cli_view_document *document, int frame) {
-  if (frame != document->frame) count_edit(document);
+  if (frame == document->frame) return 200;
+  cli_view_messages_judge(document->messages, true);
+  const neph_result result = neph_scene_set_frame(document->scene, frame);
+  cli_view_messages_judge(document->messages, false);
+  if (result) return 422;
   document->frame = frame;
+  count_edit(document);
   return 200;
 }
 
@@ -563,6 +570,7 @@ cli_exit cli_view_document_open(cli_session *session, cli_view_messages *message
   note_file(document);
   if (!result) result = cli_read_scene(session, path, &document->file_scene);
   if (!result) result = neph_scene_clone(document->file_scene, &document->scene);
+  if (!result) result = neph_scene_set_frame(document->scene, document->frame);
   if (!result) note_samples_min(document);
   if (!result) return CLI_DONE;
   cli_view_document_close(document);

@@ -96,7 +96,7 @@ char *cli_view_past_create_key(neph_context *context, const char *schema, const 
   char *described = NULL, *tracks = NULL;
   cli_text text = {0};
   neph_result result = neph_scene_describe(scene, NEPH_TEXT_PLAIN, &described);
-  /* A description has the values of no frame: those of an animated scene are in its text. */
+  /* A description has values of one frame, while blur and light depend on others: tracks are in the scene's text. */
   if (!result && neph_scene_is_animated(scene)) result = neph_scene_get_text(scene, &tracks);
   cli_text_add(&text, "frame %d, files %llu\n%s", frame, files, tracks ? tracks : "");
   if (!result) add_values(&text, schema, described);

@@ -57,8 +57,8 @@ bool cli_view_variants_is_waiting(cli_view_variants *variants) {
 }
 
 /* Renders a scene, few pixels at one sample. */
-static neph_result render_small(neph_renderer *renderer, const neph_scene *scene, neph_progress_fn progress, void *user,
-                                neph_image **out_image) {
+static neph_result render_small(neph_renderer *renderer, const neph_scene *scene, int frame, neph_progress_fn progress,
+                                void *user, neph_image **out_image) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   const neph_result result = neph_scene_get_render_desc(scene, &desc);
   if (result) return result;
@@ -67,6 +67,7 @@ static neph_result render_small(neph_renderer *renderer, const neph_scene *scene
   desc.crop_min[0] = desc.crop_min[1] = 0;
   desc.crop_max[0] = desc.width;
   desc.crop_max[1] = desc.height;
+  desc.frame = frame;
   desc.sample_count = 1;
   desc.target_error = desc.time_limit_s = NEPH_UNLIMITED;
   desc.progress = progress;
@@ -86,8 +87,8 @@ static variant develop(const neph_scene *scene, const neph_image *image) {
   return (variant){0};
 }
 
-void cli_view_variants_render(cli_view_variants *variants, neph_renderer *renderer, neph_progress_fn progress,
-                              void *user) {
+void cli_view_variants_render(cli_view_variants *variants, neph_renderer *renderer, int frame,
+                              neph_progress_fn progress, void *user) {
   neph_image *image = NULL;
   pthread_mutex_lock(&variants->lock);
   variant *next = variants->done < variants->count ? &variants->list[variants->done] : NULL;
@@ -96,7 +97,7 @@ void cli_view_variants_render(cli_view_variants *variants, neph_renderer *render
   if (next) next->scene = NULL; /* the thread's own while it is rendered */
   pthread_mutex_unlock(&variants->lock);
   if (!scene) return;
-  const neph_result result = render_small(renderer, scene, progress, user, &image);
+  const neph_result result = render_small(renderer, scene, frame, progress, user, &image);
   pthread_mutex_lock(&variants->lock);
   if (variants->set == set && result == NEPH_ERROR_CANCELLED) {
     next->scene = scene;

@@ -21,9 +21,9 @@ void cli_view_variants_begin(cli_view_variants *variants, neph_scene *const *sce
 /* Whether one is still to be rendered. */
 bool cli_view_variants_is_waiting(cli_view_variants *variants);
 
-/* Renders the next variant. A cancelled variant is rendered again later; a failed one has no picture. */
-void cli_view_variants_render(cli_view_variants *variants, neph_renderer *renderer, neph_progress_fn progress,
-                              void *user);
+/* Renders the next variant in a frame. A cancelled variant is rendered again later; a failed one has no picture. */
+void cli_view_variants_render(cli_view_variants *variants, neph_renderer *renderer, int frame,
+                              neph_progress_fn progress, void *user);
 
 /* Writes their state as members of a JSON object: a number that grows with each set and each picture, and how many. */
 void cli_view_variants_write_state(cli_view_variants *variants, FILE *out);

@@ -288,7 +288,7 @@ static bool report_variant(void *user, const neph_progress *progress) {
 static void render_variant(cli_view_worker *worker) {
   cli_view_picture_set_stage(worker->picture, "variants", 0.5);
   if (!worker->spare && neph_renderer_create(worker->session->context, &worker->spare)) return;
-  cli_view_variants_render(worker->variants, worker->spare, report_variant, worker);
+  cli_view_variants_render(worker->variants, worker->spare, worker->frame, report_variant, worker);
   if (cli_view_variants_is_waiting(worker->variants)) return;
   neph_renderer_destroy(worker->spare);
   worker->spare = NULL;

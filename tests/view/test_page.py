@@ -231,7 +231,10 @@ def check_plan(page):
     check("a cloud is on the plan", page.holds("document.getElementById('plan-text').textContent.startsWith('fog')"))
     press(page, "plan", [(6, 0)] * 3)
     check("a drag moves it", page.holds("nephos.edits.at(-1).keys.includes('clouds[0].bake.center')"), page.run("return nephos.edits.at(-1)"))
+    outline = "document.getElementById('plan').getContext('2d').getImageData(11, 128, 2, 1).data.some(x => x)"
+    check("the plan shows more than the cloud", not page.run("return " + outline))
     page.get("plan-paint").click()
+    check("the plan is the cloud's while it is painted", page.holds(outline))
     press(page, "plan", [(3, 3)] * 3)
     check("a stroke paints its coverage", page.holds("(document.getElementById('key-clouds-0-bake-map-image')?.value ?? '').includes('.png')"))
     page.get("toggle-cloud").click()

@@ -273,6 +273,14 @@ def check_channels(view, folder):
     check("it is that on the page", max(abs(a - b) for a, b in zip(saved, shown)) <= 1)
 
 
+def get_variants(view, lines):
+    """Sizes and pixels of the small pictures of other values."""
+    view.wait_done()
+    check("variants are taken", view.post("/api/vary", lines)[0] == 200)
+    view.wait(lambda s: s["variants_left"] == 0)
+    return view.request("/api/variants")[1].split(b"\n", 1)
+
+
 def check_variants(view):
     view.wait_done()
     before = view.values()
@@ -280,9 +288,7 @@ def check_variants(view):
     check("a wrong variant is refused", status == 422 and "camera.fov" in answer["refusal"], answer)
     check("so are files", view.post("/api/vary", "terrain.heightfield=x.hgt")[0] == 403)
     check("and more than 16", view.post("/api/vary", "camera.roll=1 deg\n" * 17)[0] == 400)
-    check("variants are taken", view.post("/api/vary", "terrain.albedo=0.05\nterrain.albedo=0.9")[0] == 200)
-    view.wait(lambda s: s["variants_left"] == 0)
-    head, pixels = view.request("/api/variants")[1].split(b"\n", 1)
+    head, pixels = get_variants(view, "terrain.albedo=0.05\nterrain.albedo=0.9")
     check("each has a picture", json.loads(head)["sizes"] == [[112, 63]] * 2 and len(pixels) == 2 * 4 * 112 * 63, head)
     check("they differ", pixels[:len(pixels) // 2] != pixels[len(pixels) // 2:])
     check("the scene is as it was", view.values() == before)
@@ -537,8 +543,16 @@ def check_frames(program, folder):
     view.post("/api/frame", "9")
     state, last = view.wait_done()
     check("another frame is another picture", state["frame"] == 9 and last != first, state["frame"])
+    check("values are those of the frame", view.values()["camera.position"] == "[0 m, -6 km, 3.3 km]", view.values()["camera.position"])
+    variants = get_variants(view, "camera.roll=0 deg\ncamera.roll=1 deg")
+    view.set("terrain.albedo=0.3")
+    check("after an edit too", view.values()["camera.position"] == "[0 m, -6 km, 3.3 km]")
+    view.post("/api/undo")
+    check("and after its undo", view.values()["camera.position"] == "[0 m, -6 km, 3.3 km]")
     view.post("/api/frame", "1")
     check("the first comes back", view.wait_done()[1] == first)
+    check("with its values", view.values()["camera.position"] == "[0 m, -6 km, 2.5 km]")
+    check("variants are of the frame that is shown", get_variants(view, "camera.roll=0 deg\ncamera.roll=1 deg") != variants)
     check("a frame is no edit", json.loads(view.request("/api/edits")[1])["edits"] == [])
     for frame in (3, 5, 7, 9, 3, 5):
         view.post("/api/frame", str(frame))

@@ -23,7 +23,7 @@ const levels = ["first pixels", "all pixels", "refined"];
 function showState(state) {
   const level = levels[Math.min(state.level, 2)];
   const seconds = state.seconds == null ? "" : `, ${state.seconds.toFixed(2)} s`;
-  part("level").textContent = state.number ? `${level}, ${state.samples} samples a pixel${seconds}` : "no picture yet";
+  part("level").textContent = state.number ? `${level}, ${state.samples} ${state.samples === 1 ? "sample" : "samples"} a pixel${seconds}` : "no picture yet";
   part("progress").value = state.fraction ?? 0;
   part("stage-name").textContent = state.stage;
   part("error").textContent = `error ${printShare(state.error)} (noise ${printShare(state.noise)}, bias ${printShare(state.bias)}` +

@@ -26,13 +26,12 @@ function listFields() { return Array.from({ length: countClouds() }, (_, i) => g
 
 let frame = { middle: [0, 0], scale: 0.01 }; // pixels a metre
 
+// Shows all clouds and the camera; while its map is painted, the chosen cloud alone.
 function fit(fields) {
-  const camera = numbers["camera.position"] ?? [0, 0, 0], low = [camera[0], camera[1]], high = [camera[0], camera[1]];
-  for (const field of fields.filter(Boolean))
-    for (let k = 0; k < 2; k++) {
-      low[k] = Math.min(low[k], field.middle[k] - field.extent[k] / 2);
-      high[k] = Math.max(high[k], field.middle[k] + field.extent[k] / 2);
-    }
+  const camera = { middle: pair(numbers["camera.position"]), extent: [0, 0] };
+  const shown = is_painting && fields[chosen] ? [fields[chosen]] : [camera, ...fields.filter(Boolean)];
+  const low = [0, 1].map(k => Math.min(...shown.map(field => field.middle[k] - field.extent[k] / 2)));
+  const high = [0, 1].map(k => Math.max(...shown.map(field => field.middle[k] + field.extent[k] / 2)));
   const across = Math.max(high[0] - low[0], high[1] - low[1], 100);
   frame = { middle: [0, 1].map(k => (low[k] + high[k]) / 2), scale: (plan.width - 24) / across };
 }
@@ -216,7 +215,7 @@ function setPainting(is_on) {
   is_painting = is_on;
   part("plan-paint").setAttribute("aria-pressed", is_on);
   part("plan-move").setAttribute("aria-pressed", !is_on);
-  draw();
+  show();
 }
 part("plan-paint").onclick = () => setPainting(true);
 part("plan-move").onclick = () => setPainting(false);
