@@ -434,11 +434,12 @@ static void note_file(cli_view_document *document) {
   if (stat(document->path, &document->on_disk)) document->on_disk = (struct stat){0};
 }
 
-/* Whether the file on disk is not the one that was read or saved last. */
+/* Whether the file on disk is not the one that was read or saved last. One that was removed is none to read, and
+ * nothing that a save would lose. */
 static bool has_changed(const cli_view_document *document) {
   const struct stat *known = &document->on_disk;
   struct stat now;
-  if (stat(document->path, &now)) return known->st_ino;
+  if (stat(document->path, &now)) return false;
   return now.st_ino != known->st_ino || now.st_dev != known->st_dev || now.st_size != known->st_size ||
          now.st_mtim.tv_sec != known->st_mtim.tv_sec || now.st_mtim.tv_nsec != known->st_mtim.tv_nsec;
 }

@@ -409,6 +409,12 @@ def check_save(view, path):
     write_scene(path, SCENE)
     view.post("/api/reload")
     check("a file that is mended is read", view.post("/api/save")[0] == 200)
+    view.set("camera.roll=4 deg")
+    os.unlink(path)
+    check("a file that was removed is written anew", view.post("/api/save")[0] == 200 and "roll: 4 deg" in open(path).read())
+    os.unlink(path)
+    write_scene(path, SCENE)
+    view.wait(lambda s: view.values()["camera.roll"] == "0 deg", 5)
 
 
 def check_end(view):
