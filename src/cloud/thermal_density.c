@@ -5,8 +5,9 @@
  * fine ones where the cloud is young, and by fBm where it is old. Extinction rises from the surface inwards over an
  * edge, crisp or soft by age, or over wisps, in which noise and depth select shreds. In the core it follows an
  * adiabatic parcel: liquid water grows with the height above the base, the number of droplets does not, so that
- * extinction is ∝ height^⅔ (Pruppacher and Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained
- * air thins an old cloud. Noise raises the base, which is not a plane.
+ * extinction is ∝ height^⅔ (Pruppacher and Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2), from a step
+ * at the condensation level on. Entrained air thins an old cloud. Noise raises the base by less than a layer of voxels:
+ * bases have an edge.
  *
  * Age and depth inside are taken at the undisplaced position; only the remaining distance near the surface is
  * displaced. So a value does not depend on the other points of the evaluation. */
@@ -43,12 +44,14 @@ static const float torn_share = 0.35f, torn_broad = 2.4f, torn_fine = 0.9f,
 enum { FINENESS_MAX = 3 };              /* octaves of wisps: frequencies are at most 8 */
 static const float wisp_base_max_m = 300.0f,
                    rain_wisps = 0.8f; /* limit of depth at the base; increase of its wisps by precipitation */
-static const float crisp_edge = 0.016f, soft_edge = 0.055f;                     /* in largest billows */
-static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* roughness of the base */
-static const float adiabatic_share = 0.4f,
-                   adiabatic_max =
-                       1.25f; /* height of the core's extinction, relative to the thickness; limit of the increase */
-static const float entrained = 0.55f; /* relative loss of the oldest cloud */
+static const float crisp_edge = 0.016f, soft_edge = 0.055f; /* in largest billows */
+static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_voxels = 0.2f,
+                   floor_size = 0.6f;  /* roughness of the base: as much as keeps it between two layers of samples */
+static const float floor_wisps = 8.0f; /* wisps at the base are shorter than those of flanks by this factor */
+static const float adiabatic_share = 0.4f; /* height of the core's extinction, relative to the thickness */
+static const float adiabatic_max = 1.25f;  /* limit of the increase */
+static const float adiabatic_min = 0.06f, condensed_max_m = 30.0f; /* step at the base; its limit as a height */
+static const float entrained = 0.55f;                              /* relative loss of the oldest cloud */
 static const double billow_voxels = 4;
 static const double billow_share = 0.18;      /* relative to the shorter side of a field */
 static const float extinction_floor = 0.002f; /* relative to the core's extinction: less counts as 0 */
@@ -123,7 +126,8 @@ void np_thermals_prepare(np_cloud_model *model) {
   for (float size_m = 0.5f * t->wisp_size_m; size_m >= 2.0f * voxel_m && t->wisp_octaves < 5; size_m *= 0.5f)
     t->wisp_octaves++;
   set_wisps(model);
-  t->floor_m = np_minf(floor_share * (float)desc->thickness_m, floor_max_m);
+  t->floor_m =
+      np_minf(floor_share * (float)desc->thickness_m, np_minf(floor_max_m, floor_voxels * (float)desc->voxel_m));
   const float softness = (float)desc->softness;
   t->crisp_m = np_maxf(crisp_edge * billow_m, 0.75f * voxel_m) + 0.25f * softness * softness * billow_m;
   t->soft_m = np_maxf(soft_edge * billow_m, t->crisp_m);
@@ -241,7 +245,7 @@ static float compute_edge(const np_cloud_model *model, float age) {
 static float compute_wisp_depth(const np_cloud_model *model, const thermal_work *w, size_t i, float loss_m) {
   const float reach_m = w->reach_m[i], depth_m = -w->distance_m[i] - loss_m + wisp_outwards * reach_m;
   const float edge_m = compute_edge(model, w->age[i]);
-  return (reach_m > 0.0f ? np_minf(depth_m, w->above_m[i]) : depth_m) / (edge_m + reach_m);
+  return (reach_m > 0.0f ? np_minf(depth_m, floor_wisps * w->above_m[i]) : depth_m) / (edge_m + reach_m);
 }
 
 /* Factor on the core's extinction: an edge, widened by wisps and torn by noise in [0, 1]. */
@@ -256,8 +260,10 @@ static float compute_body(const np_cloud_model *model, const thermal_work *w, si
 
 static float compute_extinction(const np_cloud_model *model, const thermal_work *w, size_t i, float noise) {
   const neph_cloud_desc *desc = &model->desc;
-  const float height = w->above_m[i] / (adiabatic_share * (float)desc->thickness_m);
-  const float share = compute_body(model, w, i, noise) * compute_two_thirds(np_minf(height + 0.004f, adiabatic_max));
+  const float core_m = adiabatic_share * (float)desc->thickness_m;
+  const float low = np_minf(adiabatic_min, condensed_max_m / core_m);
+  const float height = np_clampf(w->above_m[i] / core_m, low, adiabatic_max);
+  const float share = compute_body(model, w, i, noise) * compute_two_thirds(height);
   return share > extinction_floor ? (float)desc->extinction_per_m * share : 0.0f;
 }
 
