@@ -325,7 +325,8 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   cloud->phase_source.kind = NEPH_PHASE_DROPLETS;
   cloud->volume = node->assets.volume;
   neph_result result = apply_element(applier, list, index, node, cloud);
-  if (cloud->preset && np_cloud_preset_is_ice(cloud->preset) && !np_node_search(node, "phase"))
+  cloud->has_phase = np_node_search(node, "phase");
+  if (cloud->preset && np_cloud_preset_is_ice(cloud->preset) && !cloud->has_phase)
     cloud->phase_source.kind = NEPH_PHASE_ICE;
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
   if (result) return result;

@@ -187,7 +187,7 @@ static const np_key keys[] = {
     {.path = "clouds[].phase.droplets", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
      .tag_value = NEPH_PHASE_DROPLETS, .group = GROUP_PHASE, .alternative = 1,
      .meaning = "fit to Mie theory for water droplets; the default, but for the presets altostratus, cirrus and "
-                "contrail, whose default is ice"},
+                "contrail, whose default is ice, and for bakes with an anvil, whose cold part is ice"},
     {.path = "clouds[].phase.droplets.diameter", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
      .field = CLOUD(phase_source.diameter_m), .tag = CLOUD(has_diameter), .tag_value = true, .range = WITHIN(5, 50),
      .fallback = "20 um", .meaning = "diameter of the droplets; default: the sizes of the file, if it has any"},

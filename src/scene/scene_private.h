@@ -232,12 +232,12 @@ typedef struct np_scene_cloud {
   double repeat_m[2];    /* periods, if they are lengths */
   double repeat_reach_m; /* derived: distance at which the field ends; 0: no end */
   bool is_baked;
-  np_bake_repeat bake_repeat;   /* whether the range of its tiles, bake.repeat_m, is derived */
-  char *preset;         /* bake preset; NULL: none */
-  neph_cloud_desc bake; /* its map_file, of the scene's frame, is owned */
-  char *map_image;      /* resolved file pattern of the weather map; NULL: none */
-  np_scene_map map;     /* its source in the bake, of the scene's frame, is owned */
-  char bake_name[24];   /* key of the bake in messages: "clouds[0].bake" */
+  np_bake_repeat bake_repeat; /* whether the range of its tiles, bake.repeat_m, is derived */
+  char *preset;               /* bake preset; NULL: none */
+  neph_cloud_desc bake;       /* its map_file, of the scene's frame, is owned */
+  char *map_image;            /* resolved file pattern of the weather map; NULL: none */
+  np_scene_map map;           /* its source in the bake, of the scene's frame, is owned */
+  char bake_name[24];         /* key of the bake in messages: "clouds[0].bake" */
   bool has_mesh_shape, has_height_shape;
   unsigned level_count; /* levels of detail of a bake in memory */
   double level_px;      /* least size in pixels of a voxel, except in the finest level */
@@ -262,6 +262,7 @@ typedef struct np_scene_cloud {
   double density_value;
   double albedo[3];
   np_phase_source phase_source;
+  bool has_phase;    /* set by a key; false: by the preset */
   bool has_diameter; /* the diameter of droplets is set by a key; false: the file may have sizes */
   char *sizes;       /* grid of effective radii; NULL: by its usual name */
   char *phase_table; /* resolved path */
@@ -435,6 +436,13 @@ bool np_scene_cloud_has_steps(const np_scene_cloud *cloud);
 static inline bool np_scene_is_none(const char *name) { return name && !strcmp(name, "none"); }
 
 /* Whether a cloud's droplets may have the sizes of its file. */
+/* Whether the cold part of a baked cloud, its anvil above all, is of ice: where no key sets the phase function, and its
+ * volume has no other parts. */
+static inline bool np_scene_cloud_has_ice(const np_scene_cloud *cloud) {
+  return cloud->is_baked && !cloud->has_phase && cloud->bake.anvil > 0.0 && cloud->level_count < 2 &&
+         !(cloud->bake.repeat_m > 0.0);
+}
+
 static inline bool np_scene_cloud_has_sizes(const np_scene_cloud *cloud) {
   const bool is_one_size = cloud->sizes ? np_scene_is_none(cloud->sizes) : cloud->has_diameter;
   return !cloud->is_baked && cloud->phase_source.kind == NEPH_PHASE_DROPLETS && !is_one_size;

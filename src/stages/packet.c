@@ -18,13 +18,21 @@ np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigne
   return np_affine_compose(&between, world_to_cloud);
 }
 
-/* The phase function in a packet's bands. */
-static np_phase get_phase(const np_cloud_parts *parts, const np_band_set *bands) {
-  for (unsigned i = 0; i < parts->phase_bands_count; i++)
-    if (memcmp(parts->phase_bands[i].wavelength_nm, bands->nm, sizeof bands->nm) == 0)
-      return np_phase_of_bands(&parts->phase_bands[i]);
-  assert(!parts->phase_bands);
-  return parts->placed.phase;
+/* The table of a packet's bands; NULL: none. */
+static const np_phase_bands *search_bands(const np_phase_bands *tables, unsigned count, const np_band_set *bands) {
+  for (unsigned i = 0; i < count; i++)
+    if (memcmp(tables[i].wavelength_nm, bands->nm, sizeof bands->nm) == 0) return &tables[i];
+  assert(!tables);
+  return NULL;
+}
+
+/* The phase function of a part in a packet's bands. */
+static np_phase get_phase(const np_cloud_parts *parts, const np_tint_part *part, const np_band_set *bands) {
+  const bool is_ice = part && part->is_ice && parts->ice_bands;
+  const np_phase_bands *table = is_ice ? search_bands(parts->ice_bands, parts->ice_bands_count, bands)
+                                       : search_bands(parts->phase_bands, parts->phase_bands_count, bands);
+  if (table) return np_phase_of_bands(table);
+  return part && part->diameter_m > 0.0 ? np_phase_droplets(part->diameter_m) : parts->placed.phase;
 }
 
 unsigned np_cloud_parts_place(const np_cloud_parts *parts, const np_scene_cloud *cloud, unsigned number,
@@ -36,14 +44,13 @@ unsigned np_cloud_parts_place(const np_cloud_parts *parts, const np_scene_cloud 
     double albedo[NP_BAND_COUNT];
     for (int b = 0; b < NP_BAND_COUNT; b++) albedo[b] = cloud->albedo[b] * (tint ? tint->parts[k].color[b] : 1.0);
     out[k] = parts->placed;
-    out[k].phase = get_phase(parts, bands);
+    out[k].phase = get_phase(parts, tint ? &tint->parts[k] : NULL, bands);
     out[k].number = number;
     out[k].part = k;
     if (parts->volume) out[k].bricks = np_cloud_parts_get_bricks(parts, k);
     out[k].world_to_index = np_cloud_parts_get_world_to_index(parts, k, &parts->placed.world_to_index);
     out[k].is_held_out = cloud->is_held_out;
     out[k].albedo = np_picture_color_convert_albedo(color, bands, albedo);
-    if (tint && tint->parts[k].diameter_m > 0.0) out[k].phase = np_phase_droplets(tint->parts[k].diameter_m);
   }
   return count;
 }

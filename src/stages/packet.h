@@ -89,6 +89,8 @@ typedef struct np_cloud_parts {
   np_phase_table phase_table;   /* empty where its phase function is none */
   np_phase_bands *phase_bands;  /* one for each packet; NULL where it has no colour */
   unsigned phase_bands_count;
+  np_phase_bands *ice_bands; /* those of crystals in the cold part, one for each packet; NULL: none */
+  unsigned ice_bands_count;
   struct np_detailed_bricks *details[NP_TINT_PARTS_MAX]; /* bricks of each of its colours; NULL: it has no detail */
 } np_cloud_parts;
 

@@ -23,6 +23,7 @@
 #include "terrain/terrain_cover.h"
 #include "volume/brick_detail.h"
 #include "volume/volume_coarser.h"
+#include "volume/volume_ice.h"
 #include "volume/volume_private.h"
 #include "volume/volume_sizes.h"
 
@@ -96,7 +97,9 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
     result = add_bake(hash, in->plan, in->scene, cloud, np_plan_get_bake(&in->plan->request, in->scene, cloud).voxel_m);
   if (!path && out_key->is_sketch) np_hash_add_text(hash, "sketch");
   const unsigned copy_levels = np_plan_count_copy_levels(&in->plan->request, in->scene, cloud);
+  const bool has_ice = np_scene_cloud_has_ice(cloud);
   NP_HASH_ADD(hash, copy_levels);
+  NP_HASH_ADD(hash, has_ice);
   NP_HASH_ADD(hash, cloud->interpolation);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
   return result ? result : finished;
@@ -251,6 +254,13 @@ static neph_result add_copy_levels(const np_volumes_inputs *in, const np_scene_c
   return np_volume_add_coarser(volume, count, np_plan_get_precision(in->plan, cloud), in->monitor);
 }
 
+/* Splits ice from the droplets of a cold cloud, baked, or read from the file or cache that its bake went to. */
+static neph_result add_ice(const np_volumes_inputs *in, const np_scene_cloud *cloud, neph_volume *volume) {
+  if (!volume || volume->tint || !np_scene_cloud_has_ice(cloud)) return NEPH_OK;
+  const neph_precision precision = np_plan_get_precision(in->plan, cloud);
+  return np_tint_create_ice(in->scene->context, volume, precision, in->monitor, &volume->tint);
+}
+
 /* The key of a cloud that is baked to a file is the key of the file once it is written. */
 static neph_result make_volumes(const np_volumes_inputs *in, neph_volume **out) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
@@ -265,6 +275,7 @@ static neph_result make_volumes(const np_volumes_inputs *in, neph_volume **out) 
   else if (!result)
     result = np_cloud_load(in, cloud, file.path, key->source, out);
   if (!result) result = add_copy_levels(in, cloud, *out);
+  if (!result) result = add_ice(in, cloud, *out);
   np_volume_set_interpolation(*out, cloud->interpolation);
   np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
   if (!result && !key->hash[0]) result = compute_key(&in->part, file.path, key);
@@ -290,7 +301,12 @@ static void save_volume(const np_volumes_inputs *in, const neph_volume *volume, 
 }
 
 static neph_result load_volume(const np_volumes_inputs *in, np_cache_entry *entry, neph_volume **out) {
-  const neph_result result = np_volume_load_from_cache(in->context, entry, out);
+  neph_result result = np_volume_load_from_cache(in->context, entry, out);
+  if (!result) result = add_ice(in, &in->scene->clouds[in->cloud], *out);
+  if (result) {
+    neph_volume_release(*out);
+    *out = NULL;
+  }
   np_volume_set_interpolation(*out, in->scene->clouds[in->cloud].interpolation);
   return result;
 }
@@ -323,24 +339,44 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
 }
 
 /* Tables for the bands of each packet. */
-static neph_result build_phase_bands(const cloud_build *c) {
+static neph_result build_phase_bands(const cloud_build *c, const np_phase_source *source, np_phase_bands **out,
+                                     unsigned *out_count) {
   const unsigned count = np_packet_count(c->in->plan);
-  np_cloud_parts *parts = c->parts;
   np_monitor_set_stage(c->in->monitor, "computing phase functions");
-  parts->phase_bands = np_alloc(c->in->context, count, sizeof *parts->phase_bands);
-  neph_result result = parts->phase_bands ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  *out = np_alloc(c->in->context, count, sizeof **out);
+  neph_result result = *out ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned i = 0; i < count && !result; i++) {
     const np_band_set bands = np_packet_choose_bands(c->in->plan, i);
-    result =
-        np_phase_bands_build(c->in->context, c->in->monitor, &c->cloud->phase_source, bands.nm, &parts->phase_bands[i]);
-    parts->phase_bands_count += !result;
+    result = np_phase_bands_build(c->in->context, c->in->monitor, source, bands.nm, &(*out)[i]);
+    *out_count += !result;
   }
+  return result;
+}
+
+/* The crystals of a cloud's cold part. */
+static neph_result load_ice(const cloud_build *c) {
+  const np_tint *tint = c->parts->volume ? c->parts->volume->tint : NULL;
+  if (!tint || !tint->parts[tint->count - 1].is_ice) return NEPH_OK;
+  np_phase_source ice = c->cloud->phase_source;
+  ice.kind = NEPH_PHASE_ICE;
+  np_log(c->in->context, NEPH_LOG_INFO,
+         "cloud %s: ice from %.2g km up, ice alone from %.2g km; phase: {droplets: {}} has none", c->cloud->name,
+         1e-3 * NP_ICE_FROM_M, 1e-3 * NP_ICE_ALONE_M);
+  return build_phase_bands(c, &ice, &c->parts->ice_bands, &c->parts->ice_bands_count);
+}
+
+static neph_result load_bands(const cloud_build *c) {
+  np_cloud_parts *parts = c->parts;
+  const neph_result result =
+      build_phase_bands(c, &c->cloud->phase_source, &parts->phase_bands, &parts->phase_bands_count);
   if (!result) parts->placed.phase = np_phase_of_bands(&parts->phase_bands[0]);
   return result;
 }
 
 static neph_result load_phase(const cloud_build *c) {
-  if (np_phase_kind_has_bands(c->cloud->phase_source.kind)) return build_phase_bands(c);
+  const neph_result iced = load_ice(c);
+  if (iced) return iced;
+  if (np_phase_kind_has_bands(c->cloud->phase_source.kind)) return load_bands(c);
   if (c->cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
   np_phase_table *table = &c->parts->phase_table;
   neph_result result = np_phase_table_load(c->in->context, c->cloud->phase_table, table);
@@ -526,6 +562,8 @@ void np_stage_clear_cloud(const np_stage_task *task) {
   np_phase_table_clear(&parts->phase_table);
   for (unsigned i = 0; i < parts->phase_bands_count; i++) np_phase_bands_clear(&parts->phase_bands[i]);
   np_alloc_free(task->in.part.context, parts->phase_bands);
+  for (unsigned i = 0; i < parts->ice_bands_count; i++) np_phase_bands_clear(&parts->ice_bands[i]);
+  np_alloc_free(task->in.part.context, parts->ice_bands);
   np_cloud_emission_clear(&parts->emission);
 }
 

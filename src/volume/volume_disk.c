@@ -51,12 +51,13 @@ static void save(const neph_volume *volume, np_cache_entry *entry) {
 
 /* Saves a volume, then its levels of detail. */
 void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
-  const uint32_t level_count = volume->tint ? volume->tint->count : 1;
-  const uint32_t kind = volume->tint ? volume->tint->kind : NP_PARTS_OF_CELLS;
+  const np_tint *levels = np_volume_has_shares(volume) ? NULL : volume->tint; /* shares are split again */
+  const uint32_t level_count = levels ? levels->count : 1;
+  const uint32_t kind = levels ? levels->kind : NP_PARTS_OF_CELLS;
   save(volume, entry);
   NP_CACHE_WRITE(entry, level_count);
   NP_CACHE_WRITE(entry, kind);
-  for (uint32_t k = 1; k < level_count; k++) save(volume->tint->parts[k].volume, entry);
+  for (uint32_t k = 1; k < level_count; k++) save(levels->parts[k].volume, entry);
 }
 
 static void unpack_header(const volume_header *h, neph_volume *volume) {

@@ -254,10 +254,10 @@ neph_result np_tint_create(neph_context *context, const np_tint_source *source, 
 neph_result np_tint_create_levels(neph_context *context, np_volume_parts kind, np_tint **out_tint) {
   np_tint *tint = *out_tint = np_alloc(context, 1, sizeof *tint);
   if (!tint) return NEPH_ERROR_OUT_OF_MEMORY;
-  *tint = (np_tint){.context = context, .count = 1, .kind = kind, .parts = {{NULL, {1, 1, 1}, 0.0}}};
+  *tint = (np_tint){.context = context, .count = 1, .kind = kind, .parts = {{.color = {1, 1, 1}}}};
   return NEPH_OK;
 }
 
 void np_tint_add_level(np_tint *tint, neph_volume *level) {
-  tint->parts[tint->count++] = (np_tint_part){level, {1, 1, 1}, 0.0};
+  tint->parts[tint->count++] = (np_tint_part){.volume = level, .color = {1, 1, 1}};
 }

@@ -19,13 +19,14 @@ typedef enum np_volume_parts {
   NP_PARTS_OF_COLORS,
   NP_PARTS_OF_CELLS,  /* white levels of detail, which do not overlap; the first may be empty */
   NP_PARTS_OF_COPIES, /* white coarser versions of the whole cloud: they do not add up */
-  NP_PARTS_OF_SIZES   /* white, each with the phase function of droplets of one size */
+  NP_PARTS_OF_SIZES   /* white, each with the phase function of droplets of one size, or of crystals */
 } np_volume_parts;
 
 typedef struct np_tint_part {
   neph_volume *volume; /* NULL: the cloud itself, which has one colour */
   double color[3];     /* in [0, 1] */
   double diameter_m;   /* size of the droplets whose phase function it has; 0: the cloud's own phase function */
+  bool is_ice;         /* it has the phase function of crystals */
 } np_tint_part;
 
 typedef struct np_tint {

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Ice in the cold part of a cloud: its share by altitude, the parts, which clouds have it, and pictures. */
+#include "test_scenes.h"
+
+#include <math.h>
+
+#include "scene/scene_private.h"
+#include "test_clouds.h"
+#include "volume/instance.h"
+#include "volume/volume_ice.h"
+
+static const char scene[] =
+    "camera: {position: [0 m, -34 km, 50 m], look_at: [0 m, 0 m, 6.5 km], fov: 60 deg, resolution: [24, 14]}\n"
+    "sun: {elevation: 30 deg, azimuth: 10 deg}\n"
+    "atmosphere: {tolerance: 0.1}\n"
+    "clouds: [{name: storm, bake: {preset: cumulonimbus, seed: 3, voxel: 600 m}}]\n"
+    "render: {samples: 16, light_memory: 100 MB}\n";
+
+static int set_up(void **state) { return set_up_scene_verbose(state, 2, scene); }
+
+/* The standard atmosphere has -15 °C at 30/6.5 km and -38 °C at 53/6.5 km. */
+static void ice_follows_the_temperature(void **state) {
+  (void)state;
+  assert_near((double)np_ice_compute_share(0), 0, 0);
+  assert_near((double)np_ice_compute_share(1e3 * 30 / 6.5), 0, 1e-3);
+  assert_near((double)np_ice_compute_share(1e3 * 41.5 / 6.5), 0.5, 1e-3);
+  assert_near((double)np_ice_compute_share(1e3 * 53 / 6.5), 1, 1e-3);
+  assert_near((double)np_ice_compute_share(12e3), 1, 0);
+}
+
+static float sample(const neph_volume *volume, np_dvec3 at) {
+  const np_instance one = {
+      .bricks = &volume->bricks, .extinction_per_value = 1.0f, .world_to_index = volume->world_to_index};
+  return np_instance_extinction(&one, at);
+}
+
+/* The parts add up in voxels, and the second has the share of its altitude. */
+static void parts_add_up(void **state) {
+  fixture *f = *state;
+  const neph_cloud_desc desc = f->scene->clouds[0].bake;
+  neph_volume *whole;
+  np_tint *tint;
+  int cold = 0;
+  assert_int_equal(neph_cloud_bake(f->context, &desc, NULL, &whole), NEPH_OK);
+  assert_int_equal(np_tint_create_ice(f->context, whole, NEPH_PRECISION_FLOAT, NULL, &tint), NEPH_OK);
+  assert_int_equal(tint->count, 2);
+  assert_false(tint->parts[0].is_ice);
+  assert_true(tint->parts[1].is_ice);
+  for (int x = whole->active_min[0]; x <= whole->active_max[0]; x += 3)
+    for (int z = whole->active_min[2]; z <= whole->active_max[2]; z++) {
+      const int y = (whole->active_min[1] + whole->active_max[1]) / 2;
+      const np_dvec3 at = np_affine_point(&whole->index_to_world, np_dvec3_make(x, y, z));
+      const double all = (double)sample(whole, at), ice = (double)sample(tint->parts[1].volume, at);
+      assert_near((double)sample(tint->parts[0].volume, at) + ice, all, 1e-3 * all + 1e-7);
+      assert_near(ice, (double)np_ice_compute_share(at.z) * all, 1e-3 * all + 1e-7);
+      cold += ice > 0;
+    }
+  assert_true(cold > 10);
+  np_tint_destroy(tint);
+  neph_volume_release(whole);
+}
+
+static void a_warm_cloud_has_no_parts(void **state) {
+  fixture *f = *state;
+  neph_cloud_desc desc = f->scene->clouds[0].bake;
+  neph_volume *whole;
+  np_tint *tint;
+  desc.thickness_m = 3000;
+  assert_int_equal(neph_cloud_bake(f->context, &desc, NULL, &whole), NEPH_OK);
+  assert_int_equal(np_tint_create_ice(f->context, whole, NEPH_PRECISION_FLOAT, NULL, &tint), NEPH_OK);
+  assert_null(tint);
+  neph_volume_release(whole);
+}
+
+static void anvils_have_ice_unless_a_key_says_otherwise(void **state) {
+  fixture *f = *state;
+  static const struct {
+    const char *key, *value;
+    bool has_ice;
+  } rows[] = {{"clouds[0].bake.seed", "5", true},       {"clouds[0].phase", "{droplets: {}}", false},
+              {"clouds[0].phase", "{hg: 0.85}", false}, {"clouds[0].bake.anvil", "0", false},
+              {"clouds[0].bake.levels", "2", false},    {"clouds[0].bake.preset", "cumulus_congestus", false}};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    neph_scene *other;
+    assert_int_equal(neph_scene_load_text(f->context, scene, "dir/scene.yaml", &other), NEPH_OK);
+    assert_int_equal(neph_scene_set(other, rows[i].key, rows[i].value), NEPH_OK);
+    if (np_scene_cloud_has_ice(other->clouds) != rows[i].has_ice) fail_msg("%s %s", rows[i].key, rows[i].value);
+    neph_scene_destroy(other);
+  }
+}
+
+static double render(fixture *f, bool has_ice) {
+  neph_image *image;
+  double sum = 0;
+  test_log_clear(&f->log);
+  assert_int_equal(neph_render_image(f->scene, NULL, &image), NEPH_OK);
+  assert_int_equal(strstr(f->log.text, "storm: ice from 4.6 km up, ice alone from 8.2 km") != NULL, has_ice);
+  const unsigned count = neph_image_get_width(image) * neph_image_get_height(image);
+  const float *green = neph_image_get_channel(image, "G");
+  for (unsigned i = 0; i < count; i++) sum += (double)green[i];
+  neph_image_destroy(image);
+  return sum / count;
+}
+
+/* The march's bias of a coarse storm is some percent; 10 % holds it with the noise of 16 paths a pixel. Crystals
+ * scatter less forward than droplets: what the sun behind the storm sends through its anvil changes. */
+static void both_integrators_render_ice(void **state) {
+  fixture *f = *state;
+  const double marched = render(f, true);
+  set(f, "render.integrator", "path");
+  const double traced = render(f, true);
+  set(f, "clouds[0].phase", "{droplets: {}}");
+  const double without = render(f, false);
+  print_message("march %g, path %g, of droplets %g\n", marched, traced, without);
+  assert_near(marched / traced, 1.0, 0.1);
+  assert_true(fabs(without / traced - 1.0) > 0.002);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(ice_follows_the_temperature),
+      cmocka_unit_test_setup_teardown(parts_add_up, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_warm_cloud_has_no_parts, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(anvils_have_ice_unless_a_key_says_otherwise, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(both_integrators_render_ice, set_up, tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
