@@ -310,7 +310,7 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
   np_transport_grid_compute_depths(world, g, &least, &most);
   /* Cells of a column are large only where light is nearly constant. */
   const double lit = np_transport_grid_compute_lit_depth(g);
-  q->error = np_transport_expect_deep_error(np_transport_grid_is_column(g) ? least : most, lit);
+  q->error = np_transport_expect_deep_error(np_transport_grid_is_column(g) ? least : most, lit, g->is_flat);
   np_log(field->context, NEPH_LOG_DEBUG,
          "multiple scattering: %d x %d x %d cells, %zu in cloud, degree %u, residual %.2g after %u sweeps", g->size[0],
          g->size[1], g->size[2], g->active_count, g->degree, q->residual, field->sweeps);

@@ -22,6 +22,7 @@ typedef struct np_transport_grid {
   bool is_wrapped[3]; /* periodic along this axis */
   bool has_ground;    /* some cells may be ground, or ground is close below them; all cells below ground are ground */
   bool is_fine;       /* light is iterated on cells twice as wide */
+  bool is_flat;       /* the clouds are an eighth as thick as their box is wide, or less */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
   int32_t *active;    /* index of each cell among the active ones; negative for empty cells and ground */
   int32_t *cell;      /* place of each active cell */
@@ -62,8 +63,8 @@ double np_transport_expect_error(double cell_depth);
 double np_transport_grid_compute_lit_depth(const np_transport_grid *grid);
 
 /* Relative error as np_transport_expect_error computes it. For cells deeper than measured ones it depends on the depth
- * of cells at the sunlit surface. */
-double np_transport_expect_deep_error(double cell_depth, double lit_depth);
+ * of cells at the sunlit surface, and is larger for decks (np_transport_grid's `is_flat`). */
+double np_transport_expect_deep_error(double cell_depth, double lit_depth, bool is_flat);
 
 /* Bytes that a cell with cloud takes at most where light of a degree is iterated, coarser cells included, and where it
  * is but swept. */

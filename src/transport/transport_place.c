@@ -8,7 +8,8 @@
  * lit (np_transport_grid_compute_lit_depth), which soft edges keep small.
  *
  * A flat cloud, an eighth as thick as its box is wide or less, gets cells of less height, since its light changes from
- * top to base: eight to its thickness, down to half a voxel.
+ * top to base: eight to its thickness, down to half a voxel. Where such a cell is too deep, a deck's thin places let
+ * half of the light through that they should send back: heights are halved as long as cells are few.
  *
  * Where the memory does not allow as many, cells grow with their distance from the viewer, by planes along each axis:
  * what is far is seen small. No more than eightfold; what is still too many makes all larger.
@@ -70,8 +71,11 @@ typedef struct cell_edges {
   double across, height;
 } cell_edges;
 
-/* Cells to the typical thickness of a cloud, and the least height of one in voxels. */
-static const double cells_per_thickness = 8.0, height_min = 0.5;
+/* Optical depth over that of the deepest allowed cell, beyond which cells are halved. */
+static const double deepest = 3.5;
+
+/* Cells to the typical thickness of a cloud, and the least height of one in voxels, and where the cloud is deep. */
+static const double cells_per_thickness = 8.0, height_min = 0.5, deep_height_min = 1.0 / 16.0;
 
 /* Heights of cells for clouds of a thickness in voxels, where they are `edge` across. */
 static cell_edges flatten(double edge, double thickness) {
@@ -158,7 +162,6 @@ static double count_even(const np_world *world, const np_transport_desc *desc, d
 /* Halves cells that are too deep, down to one voxel, or to half a voxel where that takes no more than twice
  * `cell_count_cheap` of them: a file holds nothing finer. */
 static double halve_edge(const np_world *world, const np_transport_desc *desc, double edge) {
-  static const double deepest = 3.5;
   const double voxel_depth = compute_voxel_depth(world);
   while (edge > 0.5 && edge * voxel_depth > deepest * desc->cell_depth_max) {
     const double half = 0.5 * edge, cells = count_even(world, desc, half);
@@ -196,6 +199,7 @@ static double choose_edge(const np_world *world, const np_transport_desc *desc, 
 typedef struct grading {
   const np_transport_desc *desc;
   double near_m; /* infinite: none grow */
+  bool is_flat;  /* the clouds are */
 } grading;
 
 enum { GRADING_STEPS = 512, GRADING_MOST = 8 };
@@ -245,7 +249,7 @@ static double search_near(const np_transport_desc *desc, const even_axis axes[3]
       farthest =
           fmax(farthest, compute_distance(desc, axis, axes[axis].origin_m + end * axes[axis].size * axes[axis].edge_m));
   for (double near = 0.95 * farthest; near > farthest / GRADING_MOST; near *= 0.95)
-    if (count_all_graded(&(grading){desc, near}, axes) <= (double)desc->cell_count_max) return near;
+    if (count_all_graded(&(grading){.desc = desc, .near_m = near}, axes) <= (double)desc->cell_count_max) return near;
   return 0.0;
 }
 
@@ -257,15 +261,32 @@ static double measure_flat(const np_world *world, const np_transport_desc *desc)
   return fmin(x, y) >= flat * thickness ? thickness : HUGE_VAL;
 }
 
+/* Halves the heights of a flat cloud's cells that are too deep: once, and further within six times
+ * `cell_count_cheap` of them. */
+static void halve_heights(const np_world *world, const np_transport_desc *desc, cell_edges *edges) {
+  const double depth = np_transport_compute_extinction(world) * np_transport_get_voxel(world, 2);
+  even_axis axes[3];
+  const double whole = compute_even_axes(world, desc, *edges, axes), few = 6.0 * (double)desc->cell_count_cheap;
+  const double most = fmin(fmax(2.0 * whole, few), (double)desc->cell_count_max);
+  while (edges->height > deep_height_min && edges->height * depth > deepest * desc->cell_depth_max) {
+    const cell_edges half = {edges->across, 0.5 * edges->height};
+    if (compute_even_axes(world, desc, half, axes) > most) return;
+    *edges = half;
+  }
+}
+
 /* Cells that suit the clouds; where that is too many, graded ones; where these would be too many, larger ones. */
 static grading choose_axes(const np_world *world, const np_transport_desc *desc, even_axis out[3], bool *out_is_fine) {
   const double wanted = choose_edge(world, desc, out_is_fine);
   const double thickness = measure_flat(world, desc) / np_transport_get_voxel(world, 2);
+  const bool is_flat = isfinite(thickness);
   for (double edge = wanted;; edge *= 1.25) {
-    const cell_edges edges = flatten(round_edge(edge), thickness * edge / wanted);
-    if (compute_even_axes(world, desc, edges, out) <= (double)desc->cell_count_max) return (grading){desc, HUGE_VAL};
+    cell_edges edges = flatten(round_edge(edge), thickness * edge / wanted);
+    if (is_flat) halve_heights(world, desc, &edges);
+    if (compute_even_axes(world, desc, edges, out) <= (double)desc->cell_count_max)
+      return (grading){desc, HUGE_VAL, is_flat};
     const double near = desc->has_viewer ? search_near(desc, out) : 0.0;
-    if (near > 0.0) return (grading){desc, near};
+    if (near > 0.0) return (grading){desc, near, is_flat};
   }
 }
 
@@ -434,6 +455,7 @@ neph_result np_transport_grid_place(neph_context *context, const np_world *world
   const grading g = choose_axes(world, desc, axes, &out->is_fine);
   const int column = search_column_axis(axes);
   neph_result result = NEPH_OK;
+  out->is_flat = g.is_flat && column < 0;
   for (int axis = 0; axis < 3 && !result; axis++) {
     if (axis == column) {
       result = place_column(world, axes, axis, out);
