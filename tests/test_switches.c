@@ -98,6 +98,7 @@ static const companion companions[] = {
     {"clouds[].bake.map.top.quantity", NULL, "clouds[1].bake.map", "{file: depths.asc, top: {file: heights.asc}}"},
     {"clouds[].bake.map.top.quantity", "temperature", "clouds[1].bake.map",
      "{file: depths.asc, top: {file: kelvins.asc}}"},
+    {"clouds[].bake.repeat", NULL, "clouds[1].bake", "{preset: stratocumulus, voxel: 200 m}"}, /* a sheet */
     {"clouds[].bake.shape", NULL, "clouds[1].bake.model", "thermals"},
     {"clouds[].bake.shape.mesh", NULL, "clouds[1].bake.shape", "{mesh: {file: peak.gltf}}"},
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
