@@ -18,7 +18,7 @@ double march_compute_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 di
   np_track_start(&walk, cloud, origin, direction, 0.0, INFINITY);
   while (depth < 16.0 && np_brick_walk_next(&walk, &span))
     depth += (double)(cloud->extinction_per_value * span.range.min) * (span.t_end - span.t_begin) +
-             np_track_span_excess(cloud, &walk, &span, &unused);
+             np_track_span_excess(cloud, &walk, &span, INFINITY, &unused);
   return depth;
 }
 

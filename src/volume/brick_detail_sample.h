@@ -99,6 +99,18 @@ static inline float np_brick_detail_select(const np_brick_detail *detail, const 
   }
 }
 
+/* Whether the rank of the noise at a position is below a limit. */
+static inline bool np_brick_detail_is_below(const np_brick_detail *detail, const double at[3], float limit) {
+  float noise = np_minf(np_brick_detail_get_texture(detail->noise, detail->turn[0], at),
+                        np_brick_detail_get_texture(detail->noise, detail->turn[1], at));
+  for (int k = 2; k < NP_DETAIL_LAYERS; k++) {
+    if (np_brick_detail_get_rank(detail, noise) >= limit) return false;
+    if (np_brick_detail_get_rank(detail, noise + detail->rest[k]) < limit) return true;
+    noise += detail->weight[k] * np_brick_detail_get_texture(detail->noise, detail->turn[k], at);
+  }
+  return np_brick_detail_get_rank(detail, noise) < limit;
+}
+
 /* Size of the largest billows, in voxels along the axis on which they are smallest. */
 static inline float np_brick_detail_get_size(const np_brick_detail *detail) {
   return (float)fmin(fmin(detail->size_voxels[0], detail->size_voxels[1]), detail->size_voxels[2]);
@@ -110,15 +122,20 @@ static inline float np_brick_detail_get_share(const np_brick_detail *detail, flo
   return np_clampf(2.0f - 2.0f * footprint / np_brick_detail_get_size(detail), 0.0f, 1.0f);
 }
 
+/* Index position of a local one. */
+static inline void np_brick_detail_locate(np_brick_ref ref, np_vec3 local, double out_at[3]) {
+  const float within[3] = {local.x, local.y, local.z};
+  for (int a = 0; a < 3; a++) out_at[a] = (double)ref.cell[a] * NP_BRICK_EDGE + (double)within[a];
+}
+
 /* v′ − v for a known v. */
 static inline float np_brick_detail_add(np_brick_ref ref, np_vec3 local, float value, float share) {
   const np_brick_detail *detail = ref.bricks->detail;
   if (!(value > 0.0f) || !(share > 0.0f)) return 0.0f;
   const float core = np_brick_detail_get_core(detail, ref.brick, local);
   if (!(value < core)) return 0.0f;
-  const double at[3] = {(double)ref.cell[0] * NP_BRICK_EDGE + (double)local.x,
-                        (double)ref.cell[1] * NP_BRICK_EDGE + (double)local.y,
-                        (double)ref.cell[2] * NP_BRICK_EDGE + (double)local.z};
+  double at[3];
+  np_brick_detail_locate(ref, local, at);
   const float step = np_brick_detail_select(detail, at, np_brick_detail_get_edge(value / core, detail->width));
   return share * detail->strength * (core * step - value);
 }
@@ -132,6 +149,22 @@ static inline float np_brick_detail_get_excess(np_brick_ref ref, np_vec3 local, 
 static inline float np_brick_detail_sample(np_brick_ref ref, np_vec3 local) {
   const float value = np_brick_sample(ref.bricks, ref.brick, local);
   return value + np_brick_detail_add(ref, local, value, 1.0f);
+}
+
+/* Whether v′ exceeds a threshold, 0 or more. Octaves are added until the remaining ones cannot change the answer. */
+static inline bool np_brick_detail_exceeds(np_brick_ref ref, np_vec3 local, float threshold) {
+  const np_brick_detail *detail = ref.bricks->detail;
+  const float value = np_brick_sample(ref.bricks, ref.brick, local);
+  if (!(value > 0.0f)) return false;
+  const float core = np_brick_detail_get_core(detail, ref.brick, local);
+  if (!(value < core)) return threshold < value;
+  const float step = (threshold - (1.0f - detail->strength) * value) / (detail->strength * core);
+  const float edge = np_brick_detail_get_edge(value / core, detail->width), rank = edge - step * detail->width;
+  if (step < 0.0f) return true;
+  if (step >= 1.0f || rank <= 0.0f) return false;
+  double at[3];
+  np_brick_detail_locate(ref, local, at);
+  return np_brick_detail_is_below(detail, at, rank);
 }
 
 static inline void np_brick_detail_sample_along(np_brick_ref ref, np_vec3 begin, np_vec3 along, float footprint,

@@ -235,52 +235,6 @@ NP_BRICK_RARE static double np_track_moving_excess(const np_instance *volume, co
   return depth;
 }
 
-/* −ln of an unbiased estimate of the transmittance of a cell with detail, by residual ratio tracking (Novák, Selle and
- * Jarosz 2014). The control is the value without detail, integrated exactly. Each voxel has its own bound: in most, of
- * full or empty cloud, it is 0. */
-NP_BRICK_RARE static double np_track_detail_excess(const np_instance *volume, const np_brick_walk *walk,
-                                                   const np_brick_span *span, np_random *random) {
-  const np_brick_ref ref = {volume->bricks, span->brick, span->cell};
-  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
-  const np_vec3 along = np_vec3_subtract(np_brick_walk_local(walk, span, span->t_end), begin);
-  const double extinction = (double)volume->extinction_per_value * (span->t_end - span->t_begin);
-  double depth = 0.0, left = np_track_flight(random);
-  float mean = -span->range.min;
-  np_track_faces part;
-  np_track_faces_start(&part, begin, along);
-  while (np_track_faces_next(&part)) {
-    const float length = part.end - part.begin, middle = 0.5f * (part.begin + part.end), offset = 0.28867513f * length;
-    const np_vec3 low = np_vec3_add(begin, np_vec3_scale(along, middle - offset));
-    const np_vec3 high = np_vec3_add(begin, np_vec3_scale(along, middle + offset));
-    const np_detail_voxel voxel =
-        np_detail_voxel_load(ref.bricks, ref.brick, np_vec3_add(begin, np_vec3_scale(along, middle)));
-    mean +=
-        0.5f * length * (np_detail_voxel_mix(ref.bricks, &voxel, low) + np_detail_voxel_mix(ref.bricks, &voxel, high));
-    const double bound = (double)np_detail_voxel_bound(ref.bricks, ref.brick, &voxel);
-    double t = (double)part.begin;
-    for (; left < extinction * bound * ((double)part.end - t); left = np_track_flight(random)) {
-      t += left / (extinction * bound);
-      const np_vec3 local = np_vec3_add(begin, np_vec3_scale(along, (float)t));
-      depth -= log1p(-fmin((double)np_brick_detail_get_excess(ref, local, 0.0f) / bound, 1.0));
-    }
-    left -= extinction * bound * ((double)part.end - t);
-  }
-  return extinction * (double)mean + depth;
-}
-
-/* Optical depth of one cell beyond the depth of its minimum. */
-static inline double np_track_span_excess(const np_instance *volume, const np_brick_walk *walk,
-                                          const np_brick_span *span, np_random *random) {
-  if (span->brick == NP_BRICK_NONE) return 0.0;
-  if (volume->bricks->detail)
-    return volume->bricks->motion ? np_track_moving_excess(volume, walk, span, random)
-                                  : np_track_detail_excess(volume, walk, span, random);
-  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
-  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
-  const float mean = np_track_mean(volume->bricks, span->brick, span->cell, begin, np_vec3_subtract(end, begin));
-  return (double)(volume->extinction_per_value * (mean - span->range.min)) * (span->t_end - span->t_begin);
-}
-
 /* Optical depth beyond which rays towards a light play Russian roulette, if no direction to the light is worth more
  * than another. Survivors represent the others. */
 static const double np_track_faint_depth = 3.0;
@@ -291,6 +245,54 @@ static inline bool np_track_roulette(double *depth, double faint_depth, np_rando
   if (beyond < 0.0) return true;
   *depth = faint_depth;
   return np_random_float(random) < np_transmittance((float)beyond);
+}
+
+/* −ln of an unbiased estimate of the transmittance of a cell with detail, by residual ratio tracking (Novák, Selle and
+ * Jarosz 2014). The control is the value without detail, integrated exactly. Each voxel has its own bound: in most, of
+ * full or empty cloud, it is 0. Beyond `depth_left` each voxel plays Russian roulette: infinite where the ray ends. */
+NP_BRICK_RARE static double np_track_detail_excess(const np_instance *volume, const np_brick_walk *walk,
+                                                   const np_brick_span *span, double depth_left, np_random *random) {
+  const np_brick_ref ref = {volume->bricks, span->brick, span->cell};
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 along = np_vec3_subtract(np_brick_walk_local(walk, span, span->t_end), begin);
+  const double extinction = (double)volume->extinction_per_value * (span->t_end - span->t_begin);
+  double depth = 0.0, left = np_track_flight(random);
+  np_track_faces part;
+  np_track_faces_start(&part, begin, along);
+  while (np_track_faces_next(&part)) {
+    const float length = part.end - part.begin, middle = 0.5f * (part.begin + part.end), offset = 0.28867513f * length;
+    const np_vec3 low = np_vec3_add(begin, np_vec3_scale(along, middle - offset));
+    const np_vec3 high = np_vec3_add(begin, np_vec3_scale(along, middle + offset));
+    const np_detail_voxel voxel =
+        np_detail_voxel_load(ref.bricks, ref.brick, np_vec3_add(begin, np_vec3_scale(along, middle)));
+    const float mean =
+        0.5f * (np_detail_voxel_mix(ref.bricks, &voxel, low) + np_detail_voxel_mix(ref.bricks, &voxel, high));
+    depth += extinction * (double)(length * (mean - span->range.min));
+    const double bound = (double)np_detail_voxel_bound(ref.bricks, ref.brick, &voxel);
+    double t = (double)part.begin;
+    for (; left < extinction * bound * ((double)part.end - t); left = np_track_flight(random)) {
+      t += left / (extinction * bound);
+      const np_vec3 local = np_vec3_add(begin, np_vec3_scale(along, (float)t));
+      depth -= log1p(-fmin((double)np_brick_detail_get_excess(ref, local, 0.0f) / bound, 1.0));
+    }
+    left -= extinction * bound * ((double)part.end - t);
+    if (!np_track_roulette(&depth, depth_left, random)) return INFINITY;
+  }
+  return depth;
+}
+
+/* Optical depth of one cell beyond the depth of its minimum. Of clouds with detail, rays deeper than `depth_left` play
+ * Russian roulette: it is infinite where they end. */
+static inline double np_track_span_excess(const np_instance *volume, const np_brick_walk *walk,
+                                          const np_brick_span *span, double depth_left, np_random *random) {
+  if (span->brick == NP_BRICK_NONE) return 0.0;
+  if (volume->bricks->detail)
+    return volume->bricks->motion ? np_track_moving_excess(volume, walk, span, random)
+                                  : np_track_detail_excess(volume, walk, span, depth_left, random);
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+  const float mean = np_track_mean(volume->bricks, span->brick, span->cell, begin, np_vec3_subtract(end, begin));
+  return (double)(volume->extinction_per_value * (mean - span->range.min)) * (span->t_end - span->t_begin);
 }
 
 /* Unbiased transmittance along a ray. It is exact but for Russian roulette, which ends faint rays by the minimum of the
@@ -309,7 +311,7 @@ static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 
     while (np_brick_walk_next(&walk, &span)) {
       depth += (double)(volume->extinction_per_value * span.range.min) * (span.t_end - span.t_begin);
       if (!np_track_roulette(&depth, faint_depth, random)) return 0.0f;
-      depth += np_track_span_excess(volume, &walk, &span, random);
+      depth += np_track_span_excess(volume, &walk, &span, faint_depth - depth, random);
     }
   }
   return np_transmittance((float)depth);
@@ -376,6 +378,14 @@ static inline double np_track_span_invert(const np_instance *volume, const np_br
   return INFINITY;
 }
 
+/* Whether a tentative collision in bricks at rest with detail is real, by a threshold on the value. */
+NP_BRICK_RARE static bool np_track_detail_is_hit(const np_bricks *bricks, const np_brick_walk *walk,
+                                                 const np_brick_span *span, double t, float threshold) {
+  if (span->brick == NP_BRICK_NONE) return threshold < span->range.min;
+  const np_brick_ref ref = {bricks, span->brick, span->cell};
+  return np_brick_detail_exceeds(ref, np_brick_walk_local(walk, span, t), threshold);
+}
+
 /* Distance of a free flight's collision inside one cell. It is infinite if the flight passes; then `flight->left`
  * decreases by the cell's bound. In the share of the minimum a tentative collision is real without a look-up, unless
  * extinction is left out. Null collisions have no weight, however loose the bound is. */
@@ -396,6 +406,10 @@ static inline double np_track_span_collision(const np_instance *volume, const np
     const bool is_sure = threshold < span->range.min;
     if (is_sure && stretch == 0.0f) return t;
     float value = span->range.min;
+    if (volume->bricks->detail && !volume->bricks->motion && stretch == 0.0f) {
+      if (np_track_detail_is_hit(volume->bricks, walk, span, t, threshold)) return t;
+      continue;
+    }
     if (span->brick != NP_BRICK_NONE)
       value = np_brick_eval(volume->bricks, span->brick, span->cell, np_brick_walk_local(walk, span, t));
     if (!is_sure && !(threshold < value)) continue;
