@@ -88,14 +88,23 @@ static double compute_mean(neph_image *image, const char *channel) {
   return sum / (double)pixel_count;
 }
 
-/* The error reached is near the target: 30 % for the picture's noise, which pilots estimate only roughly; before black
- * the few pixels with any cloud would dominate. Noisy pixels get more samples than quiet ones; the mean equals that of
- * a picture with many samples everywhere, within 4 standard errors of both. */
+/* The error reached is near the target, on average over seeds: 30 % for the picture's noise, which pilots estimate only
+ * roughly (0.11 to 0.16 for these); before black the few pixels with any cloud would dominate. Noisy pixels get more
+ * samples than quiet ones; the mean equals that of a picture with many samples everywhere, within 4 standard errors of
+ * both. */
 static void a_target_error_is_reached_without_bias(void **state) {
   (void)state;
+  enum { SEEDS = 8 };
+  double reached = 0.0;
+  for (uint64_t seed = 2; seed <= SEEDS; seed++) {
+    neph_image *other = render(&(effort){2, 16, {0}, 0.1, NEPH_UNLIMITED, seed, "0.005"});
+    reached += get_number(other, "nephos:error") / SEEDS;
+    neph_image_destroy(other);
+  }
   neph_image *adaptive = render(&(effort){2, 16, {0}, 0.1, NEPH_UNLIMITED, 1, "0.005"});
+  reached += get_number(adaptive, "nephos:error") / SEEDS;
   neph_image *even = render(&(effort){2, 256, {0}, NEPH_UNLIMITED, NEPH_UNLIMITED, 2, "0.005"});
-  assert_in_range((int)(1000.0 * get_number(adaptive, "nephos:error")), 50, 130);
+  assert_in_range((int)(1000.0 * reached), 50, 130);
   const float *counts = neph_image_get_channel(adaptive, "sample_count");
   float least = INFINITY, most = 0.0f;
   for (size_t p = 0; p < pixel_count; p++) {

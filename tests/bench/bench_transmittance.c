@@ -277,7 +277,7 @@ static void run(bench *b, double depth, double elevation_deg) {
   b->placed = (np_instance){.bricks = &b->volume->bricks,
                             .world_to_index = np_affine_identity(),
                             .extinction_per_value = (float)(depth / column)};
-  b->clouds = (np_instances){1, &b->placed};
+  b->clouds = (np_instances){.count = 1, .at = &b->placed};
   const double elevation = elevation_deg * NP_DEGREE;
   b->to_sun = np_vec3_make((float)(0.6 * cos(elevation)), (float)sin(elevation), (float)(0.8 * cos(elevation)));
   draw_origins(b);
