@@ -5,7 +5,7 @@
 #include "frame/bias_measure.h"
 #include "test_support.h"
 
-static const np_bias_model rough = {0.1, 3.0}, sure = {0.1, 1.2};
+static const np_bias_model rough = {.bias = 0.1, .factor = 3.0}, sure = {.bias = 0.1, .factor = 1.2};
 
 static neph_bounded combine(np_bias_model model, np_uncertain square, np_uncertain shift) {
   const np_bias_measure measured = {square, shift};
@@ -42,8 +42,8 @@ static void a_known_shift_bounds_the_bias(void **state) {
   for (int sign = -1; sign <= 1; sign += 2) {
     const neph_bounded low = combine(rough, (np_uncertain){0.0, 0.0}, (np_uncertain){sign * 0.3, 0.005});
     assert_true(low.min > 0.28 && low.value > 0.3 && low.value < 0.6);
-    const neph_bounded high =
-        combine((np_bias_model){1.0, 3.0}, (np_uncertain){0.0, 0.0}, (np_uncertain){sign * 0.03, 0.005});
+    const neph_bounded high = combine((np_bias_model){.bias = 1.0, .factor = 3.0}, (np_uncertain){0.0, 0.0},
+                                      (np_uncertain){sign * 0.03, 0.005});
     assert_true(high.value < 0.6 && high.value > 0.03); /* the model expects 1 */
   }
 }

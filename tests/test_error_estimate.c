@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Errors that pictures state of themselves: against other seeds, and against the tracer. */
 #include <math.h>
+#include <stdlib.h>
 
 #include <nephos/nephos.h>
 
@@ -228,6 +229,38 @@ static void bias_follows_the_method(void **state) {
   assert_in_range((int)(1000.0 * limited.bias.value), 10, 900); /* the light that more than four scatterings bring */
 }
 
+/* Bias that a picture of a burning cloud states. */
+static double get_bias_of_fire(const char *vdb, const char *elevation) {
+  char text[512];
+  snprintf(text, sizeof text,
+           "camera: {position: [0, -9 km, 1 km], look_at: [0, 0, 2 km], fov: 80 deg, resolution: [24, 14]}\n"
+           "sun: {elevation: %s, azimuth: 0 deg}\n"
+           "clouds: [{vdb: %s, albedo: 0.8, emission: {flame: density, temperature: none, offset: 2000 K,\n"
+           "  absorption: 0.002 1/m}}]\n",
+           elevation, vdb);
+  return render_error(&(wish){text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}).bias.value;
+}
+
+/* In the dark a fire is the light of the air around it, which the march knows near the cloud alone. */
+static void a_fire_that_outshines_the_sky_states_what_the_air_lacks(void **state) {
+  (void)state;
+  char *folder = test_folder_create(), *path = test_path(folder, "fire.vdb");
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(context, "cumulus_mediocris", &cloud), NEPH_OK);
+  cloud.extent_m[0] = cloud.extent_m[1] = 5000;
+  cloud.voxel_m = 150;
+  assert_int_equal(neph_cloud_bake_file(context, &cloud, &bake, "density", path), NEPH_OK);
+  const double day = get_bias_of_fire(path, "60 deg"), night = get_bias_of_fire(path, "-2 deg");
+  print_message("bias by day %.3f, by night %.3f\n", day, night);
+  assert_true(day < 0.25);
+  assert_in_range((int)(1000.0 * night), 300, 600);
+  neph_context_destroy(context);
+  test_folder_destroy(folder);
+  free(path);
+}
+
 static void threads_do_not_change_the_estimate(void **state) {
   (void)state;
   wish w = {sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 1, 0, 0};
@@ -269,6 +302,7 @@ int main(void) {
       cmocka_unit_test(even_light_has_no_error),
       cmocka_unit_test(unknown_noise_is_not_stated),
       cmocka_unit_test(bias_follows_the_method),
+      cmocka_unit_test(a_fire_that_outshines_the_sky_states_what_the_air_lacks),
       cmocka_unit_test(threads_do_not_change_the_estimate),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -9,6 +9,7 @@
 typedef struct np_bias_model {
   double bias;   /* share of a pixel's luminance; 0: none */
   double factor; /* one standard deviation, up or down */
+  double shared; /* bias beside it that traced pixels have too; 0: none */
 } np_bias_model;
 
 np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan);

@@ -122,6 +122,14 @@ static double get_bias(const np_error_probe *p) {
  * sign, and is known to a percent where the square of a pixel's is not. */
 static double get_shift(const np_error_probe *p) { return 0.5 * (p->traced[0] + p->traced[1]) / get_mean(p) - 1.0; }
 
+static neph_bounded add_squares(const neph_bounded *a, const neph_bounded *b) {
+  if (isnan(a->value)) return unknown;
+  const double square = a->value * a->value + b->value * b->value;
+  const double more = hypot(a->max * a->max - a->value * a->value, b->max * b->max - b->value * b->value);
+  const double less = hypot(a->value * a->value - a->min * a->min, b->value * b->value - b->min * b->min);
+  return (neph_bounded){sqrt(square), sqrt(fmax(square - less, 0.0)), sqrt(square + more)};
+}
+
 /* A measure that says less than the model is of no weight; without one the model is alone. */
 static neph_bounded estimate_bias(neph_context *context, const np_bias_model *model, const np_error_probes *probes,
                                   bool *out_is_measured) {
@@ -135,18 +143,12 @@ static neph_bounded estimate_bias(neph_context *context, const np_bias_model *mo
   np_log(context, NEPH_LOG_DEBUG, "bias by the tracer: mean %.2g ± %.2g, square %.2g ± %.2g, of %u pixels; model %.2g",
          measured.shift.value, measured.shift.deviation, measured.square.value, measured.square.deviation,
          probes->traced_count, model->bias);
-  return np_bias_combine(model, &measured);
+  const neph_bounded shared = {model->shared, 0.5 * model->shared, 2.0 * model->shared};
+  const neph_bounded own = np_bias_combine(model, &measured);
+  return add_squares(&own, &shared);
 }
 
 /* ---- Both ---- */
-
-static neph_bounded add_squares(const neph_bounded *a, const neph_bounded *b) {
-  if (isnan(a->value)) return unknown;
-  const double square = a->value * a->value + b->value * b->value;
-  const double more = hypot(a->max * a->max - a->value * a->value, b->max * b->max - b->value * b->value);
-  const double less = hypot(a->value * a->value - a->min * a->min, b->value * b->value - b->min * b->min);
-  return (neph_bounded){sqrt(square), sqrt(fmax(square - less, 0.0)), sqrt(square + more)};
-}
 
 /* Samples for each predicted second of the frame that the march takes again, some 2 % of its time, and the tracer, some
  * 4 %; the tracer's samples from which it shows anything, and the time of frames that can pay for them. */
