@@ -229,6 +229,10 @@ def check_plan(page):
     page.run("const p = document.getElementById('preset'); p.value = 'fog'; p.dispatchEvent(new Event('change'))")
     page.get("add-cloud").click()
     check("a cloud is on the plan", page.holds("document.getElementById('plan-text').textContent.startsWith('fog')"))
+    page.get("add-cloud").click()
+    check("an added cloud is chosen", page.holds("document.getElementById('cloud').value === '1'"))
+    page.get("remove-cloud").click()
+    check("its place is the cloud's before it", page.holds("document.getElementById('cloud').value === '0'"))
     press(page, "plan", [(6, 0)] * 3)
     check("a drag moves it", page.holds("nephos.edits.at(-1).keys.includes('clouds[0].bake.center')"), page.run("return nephos.edits.at(-1)"))
     outline = "document.getElementById('plan').getContext('2d').getImageData(11, 128, 2, 1).data.some(x => x)"

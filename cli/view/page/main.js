@@ -121,7 +121,8 @@ function fill(select, entries, chosen) {
 
 function showClouds() {
   const names = Array.from({ length: countClouds() }, (_, i) => [i, unquote(values[`clouds[${i}].name`]) + (hidden.includes(i) ? " (off)" : "")]);
-  const chosen = Math.min(part("cloud").value || 0, Math.max(names.length - 1, 0));
+  const last = Math.max(names.length - 1, 0), shown = part("cloud").options.length, is_added = shown > 0 && names.length > shown;
+  const chosen = is_added ? last : Math.min(part("cloud").value || 0, last);
   fill(part("cloud"), names, chosen);
   for (const id of ["cloud", "remove-cloud", "toggle-cloud", "seeds", "presets"]) part(id).disabled = !names.length;
   part("toggle-cloud").setAttribute("aria-pressed", hidden.includes(chosen));
