@@ -374,12 +374,12 @@ static neph_result load_bands(const cloud_build *c) {
 }
 
 static neph_result load_phase(const cloud_build *c) {
-  const neph_result iced = load_ice(c);
-  if (iced) return iced;
+  neph_result result = load_ice(c);
+  if (result) return result;
   if (np_phase_kind_has_bands(c->cloud->phase_source.kind)) return load_bands(c);
   if (c->cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
   np_phase_table *table = &c->parts->phase_table;
-  neph_result result = np_phase_table_load(c->in->context, c->cloud->phase_table, table);
+  result = np_phase_table_load(c->in->context, c->cloud->phase_table, table);
   if (!result) c->parts->placed.phase = np_phase_tabulated(table);
   return result;
 }
