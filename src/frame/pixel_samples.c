@@ -58,13 +58,17 @@ static void move_film(const np_frame *f, np_camera_ray *ray) {
   for (int k = 0; k < 2; k++) ray->film[k] = (float)film[k];
 }
 
-/* Draws a film position and a lens position, and makes their ray; false: no light passes the lens there. */
+/* Draws a position in a pixel, in the numbers of which the filter makes a place on the film. */
+static void draw_position(unsigned sample, const float offset[OFFSETS], float out[2]) {
+  out[0] = np_pixel_coordinate(np_pixel_point_first(sample), np_pixel_shift_to_middle(offset[0]));
+  out[1] = np_pixel_coordinate(np_pixel_point_second(sample), np_pixel_shift_to_middle(offset[1]));
+}
+
+/* Makes the ray of a position in a pixel and of a lens position; false: no light passes the lens there. */
 static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
-                     np_camera_ray *out) {
+                     const float position[2], np_camera_ray *out) {
   const uint32_t first = np_pixel_point_first(sample), second = np_pixel_point_second(sample);
-  const float u = np_pixel_coordinate(first, np_pixel_shift_to_middle(offset[0])),
-              v = np_pixel_coordinate(second, np_pixel_shift_to_middle(offset[1]));
-  const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
+  const float film[2] = {(float)x + 0.5f + tent(position[0]), (float)y + 0.5f + tent(position[1])};
   const double time = f->exposure ? choose_time(f->exposure, sample, offset[5]) : 0.0;
   np_film_ray ray;
   np_camera moved;
@@ -79,6 +83,72 @@ static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const flo
   out->facet[1] = np_pixel_coordinate(second, np_pixel_shift(offset[7]));
   out->choice = turn(offset[2], 0.6180339887498949, sample);
   return true;
+}
+
+/* ---- The horizon ---- */
+
+/* Steps by which the horizon is searched within a pixel. */
+enum { HORIZON_STEPS = 10 };
+
+/* Least share of a pixel that one side of the horizon gets a ray for. */
+static const float share_least = 0.01f;
+
+static bool meets_ground(const np_frame *f, const int at[2], unsigned sample, const float offset[OFFSETS],
+                         const float position[2]) {
+  np_camera_ray ray;
+  np_ground_hit hit;
+  return make_ray(f, at[0], at[1], sample, offset, position, &ray) &&
+         np_camera_ray_intersect_ground(&f->assembly->packets[0].lights[0].world, &ray, &hit);
+}
+
+/* Axis that the horizon of the sphere crosses in more of a pixel's sides, 0 or 1; -1: its corners are alike. Hills have
+ * edges everywhere, and each search is many rays. */
+static int search_axis(const np_frame *f, const int at[2], const float offset[OFFSETS]) {
+  const np_world *world = &f->assembly->packets[0].lights[0].world;
+  if (!world->has_planet || world->terrain || f->depth_components) return -1;
+  bool met[4];
+  for (unsigned corner = 0; corner < 4; corner++)
+    met[corner] = meets_ground(f, at, 0, offset, (const float[2]){(float)(corner & 1u), (float)(corner >> 1)});
+  const int across = (met[0] != met[1]) + (met[2] != met[3]), up = (met[0] != met[2]) + (met[1] != met[3]);
+  return across + up == 0 ? -1 : across > up ? 0 : 1;
+}
+
+/* Number at which the horizon crosses the line along an axis through a position; 0: it does not. */
+static float search_horizon(const np_frame *f, const int at[2], unsigned sample, const float offset[OFFSETS],
+                            const float position[2], int axis) {
+  float place[2] = {position[0], position[1]}, low = 0.0f, high = 1.0f;
+  place[axis] = low;
+  const bool is_low_ground = meets_ground(f, at, sample, offset, place);
+  place[axis] = high;
+  if (meets_ground(f, at, sample, offset, place) == is_low_ground) return 0.0f;
+  for (int n = 0; n < HORIZON_STEPS; n++) {
+    place[axis] = 0.5f * (low + high);
+    if (meets_ground(f, at, sample, offset, place) == is_low_ground)
+      low = place[axis];
+    else
+      high = place[axis];
+  }
+  return 0.5f * (low + high);
+}
+
+/* Positions of a sample and their shares. Of two one is on either side of the horizon: both get light in proportion to
+ * what the filter has of them, where one ray is all ground or all sky. Returns how many. */
+static unsigned split_position(const np_frame *f, const int at[2], unsigned sample, const float offset[OFFSETS],
+                               int first_axis, float out[2][2], float share[2]) {
+  draw_position(sample, offset, out[0]);
+  share[0] = 1.0f;
+  for (int n = 0; n < 2 && first_axis >= 0; n++) {
+    const int axis = first_axis ^ n;
+    const float edge = search_horizon(f, at, sample, offset, out[0], axis), drawn = out[0][axis];
+    if (!(edge > share_least && edge < 1.0f - share_least)) continue;
+    memcpy(out[1], out[0], sizeof out[0]);
+    out[0][axis] = edge * drawn;
+    out[1][axis] = edge + (1.0f - edge) * drawn;
+    share[0] = edge;
+    share[1] = 1.0f - edge;
+    return 2;
+  }
+  return 1;
 }
 
 /* Distance along the ray through the pixel's centre and the lens's centre, at which clouds hide half, or of the ground
@@ -242,6 +312,36 @@ static np_random start_random(const np_frame *f, const int at[2], uint32_t sampl
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
 }
 
+/* Integrates the ray of one position, and reads its numbers; zeros where no light passes the lens. */
+static void sample_position(const np_frame *f, const int at[2], uint32_t number, const float offset[OFFSETS],
+                            const float position[2], np_deep_bins *bins, float values[NP_PIXEL_NUMBERS_MAX]) {
+  const np_random random = start_random(f, at, number);
+  np_integrator_layers layers;
+  np_camera_ray ray = {.begin_m = 0.0};
+  np_integrator_sample sample = {.transmittance = 1.0f};
+  const bool has_ray = make_ray(f, at[0], at[1], number, offset, position, &ray);
+  if (f->has_layers) ray.layers = np_frame_start_layers(f, &layers);
+  if (has_ray) integrate(f, &ray, at, &random, &sample);
+  if (has_ray && f->vectors) add_vectors(f, &ray, &sample);
+  if (has_ray && f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
+  np_channels_read_numbers(&f->channels, &ray, &sample, values);
+  if (f->depth_components) np_frame_add_deep(f, &sample, &layers, bins);
+}
+
+/* Number of values of a sample: its squares are the film's. */
+static unsigned count_values(const np_frame *f) { return np_channels_count_numbers(&f->channels) - NP_BAND_COUNT; }
+
+/* Takes a sample of a pixel: one ray, or two that the horizon parts. */
+static void take_sample(const np_frame *f, const int at[2], uint32_t number, const float offset[OFFSETS], int axis,
+                        np_deep_bins *bins, float values[NP_PIXEL_NUMBERS_MAX]) {
+  float position[2][2], share[2], other[NP_PIXEL_NUMBERS_MAX];
+  const unsigned count = split_position(f, at, number, offset, axis, position, share);
+  sample_position(f, at, number, offset, position[0], bins, values);
+  if (count == 1) return;
+  sample_position(f, at, number, offset, position[1], bins, other);
+  for (unsigned i = 0; i < count_values(f); i++) values[i] = share[0] * values[i] + share[1] * other[i];
+}
+
 neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p,
                                   double *numbers) {
   np_film_accumulator accumulator;
@@ -255,20 +355,11 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
   for (int i = 0; i < OFFSETS; i++) offset[i] = np_random_float(&shift);
   np_deep_bins bins;
   if (f->depth_components) np_deep_bins_load(&p->deep, &bins);
+  const int axis = p->next < end ? search_axis(f, at, offset) : -1;
   for (; p->next < end; p->next++) {
-    const np_random random = start_random(f, at, p->next);
-    np_integrator_layers layers;
-    np_camera_ray ray = {.begin_m = 0.0};
-    np_integrator_sample sample = {.transmittance = 1.0f};
-    const bool has_ray = make_ray(f, at[0], at[1], p->next, offset, &ray);
-    if (f->has_layers) ray.layers = np_frame_start_layers(f, &layers);
-    if (has_ray) integrate(f, &ray, at, &random, &sample);
-    if (has_ray && f->vectors) add_vectors(f, &ray, &sample);
-    if (has_ray && f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
-    if (np_monitor_is_cancelled(f->monitor)) break;
     float values[NP_PIXEL_NUMBERS_MAX];
-    np_channels_read_numbers(&f->channels, &ray, &sample, values);
-    if (f->depth_components) np_frame_add_deep(f, &sample, &layers, &bins);
+    take_sample(f, at, p->next, offset, axis, &bins, values);
+    if (np_monitor_is_cancelled(f->monitor)) break;
     np_film_accumulator_add(&accumulator, values);
   }
   if (f->depth_components && np_deep_bins_store(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
