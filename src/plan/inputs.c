@@ -273,6 +273,7 @@ static neph_result take_trial(const neph_scene *scene, const np_request *request
   inputs->trial = np_trial_retain(stored->trial);
   if (!inputs->trial) return result;
   inputs->view = np_trial_see(inputs->trial, request, scene);
+  if (np_request_is_path(request)) inputs->paths = np_trial_trace(inputs->trial, request, scene);
   inputs->ground = np_trial_see_from_ground(inputs->trial);
   return result;
 }

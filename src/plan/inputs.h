@@ -50,6 +50,13 @@ typedef struct np_view_counts {
   double depth;    /* optical depth, of thick clouds as much as light goes through */
 } np_view_counts;
 
+/* Means over the paths of a picture. */
+typedef struct np_path_counts {
+  double cover;             /* share of paths that collide with cloud */
+  double collisions;        /* collisions with cloud */
+  double flight_m, light_m; /* path length in cloud, of the path and of its rays to the sun or moon */
+} np_path_counts;
+
 /* Rays from points on the ground to the clouds, by which light from the clouds on the ground is gathered. */
 typedef struct np_ground_counts {
   double points;   /* points on the ground */
@@ -69,6 +76,7 @@ typedef struct np_inputs {
   double file_cell_count;  /* number of light cells in the boxes of files, as limited by the pixels' size */
   struct np_trial *trial;  /* retained map of the clouds; NULL: none */
   np_view_counts view;     /* rays of the picture through the trial */
+  np_path_counts paths;    /* paths of the picture through it; 0 for the march */
   np_ground_counts ground; /* rays from the ground through it */
 } np_inputs;
 

@@ -135,7 +135,7 @@ void np_stage_count_relief_light(const np_plan *plan, const neph_scene *scene, n
 
 void np_stage_count_air_shadows(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   const double visibility = NP_AIR_SHADOW_CELLS * sizeof(float),
-               shadow = NP_AIR_SHADOW_PLANES * sizeof(uint16_t[NP_BAND_COUNT]);
+               shadow = NP_AIR_SHADOW_PLANES * (sizeof(uint16_t[NP_BAND_COUNT]) + sizeof(np_spectrum));
   const double spacing = plan->decisions.air_ray_spacing;
   const double rays = spacing > 0.0 ? count_pixels(plan) / (spacing * spacing) : 0.0;
   out->of[NP_UNIT_HILL_RAY] = count_worlds(plan) * rays;
@@ -158,12 +158,16 @@ void np_samples_count(const np_plan *plan, const neph_scene *scene, double sampl
              has_clouds = np_plan_needs(plan, NP_STAGE_VOLUMES);
   const double rays = count_worlds(plan) * samples * count_pixels(plan);
   const double in_cloud = has_clouds ? rays * (np_plan_get_detailed_voxels(plan) > 0.0 ? detail_factor : 1.0) : 0.0;
-  const double cover = is_known ? view->cover : usual_cover, depth = is_known ? view->depth : usual_depth * usual_cover;
+  const double cover = is_known ? view->cover : usual_cover;
   const double steps = is_known ? view->length_m / compute_voxel_m(plan, scene) : usual_steps * usual_cover;
   out->of[is_path ? NP_UNIT_CLEAR_PATH : NP_UNIT_CLEAR_SAMPLE] = rays;
   if (is_path) {
-    out->of[NP_UNIT_CLOUD_PATH] = in_cloud * cover;
-    out->of[NP_UNIT_PATH_DEPTH] = in_cloud * depth;
+    const np_path_counts *paths = &plan->inputs.paths;
+    const double voxel_m = is_known ? compute_voxel_m(plan, scene) : 1.0;
+    out->of[NP_UNIT_CLOUD_PATH] = in_cloud * (is_known ? paths->cover : usual_cover);
+    out->of[NP_UNIT_COLLISION] = in_cloud * (is_known ? paths->collisions : usual_depth * usual_cover);
+    out->of[NP_UNIT_FLIGHT_STEP] = in_cloud * (is_known ? paths->flight_m / voxel_m : usual_steps * usual_cover);
+    out->of[NP_UNIT_LIGHT_STEP] = in_cloud * (is_known ? paths->light_m / voxel_m : usual_steps * usual_cover);
   } else {
     out->of[is_looked_up ? NP_UNIT_LOOKED_UP_SAMPLE : NP_UNIT_MARCHED_SAMPLE] = in_cloud * cover;
     out->of[is_looked_up ? NP_UNIT_LOOKED_UP_STEP : NP_UNIT_MARCHED_STEP] = in_cloud * steps;

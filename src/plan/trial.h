@@ -50,6 +50,9 @@ bool np_trial_has_cloud(const np_trial *trial, np_dvec3 low, np_dvec3 high);
 /* Traces a lattice of camera rays through the map of clouds; terrain is ignored. */
 np_view_counts np_trial_see(const np_trial *trial, const np_request *request, const neph_scene *scene);
 
+/* Follows paths of the path tracer through the map. */
+np_path_counts np_trial_trace(const np_trial *trial, const np_request *request, const neph_scene *scene);
+
 /* Follows rays from points on the ground, at sea level, through the map. */
 np_ground_counts np_trial_see_from_ground(const np_trial *trial);
 

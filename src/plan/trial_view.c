@@ -2,7 +2,7 @@
 /* Rays through the map of a trial, from the camera and from the ground. */
 #include <math.h>
 
-#include "plan/trial.h"
+#include "plan/trial_ray.h"
 #include "scene/camera.h"
 
 /* Rays along each side of the picture, and limit of steps along a ray. */
@@ -12,48 +12,14 @@ enum { RAYS = 32, STEPS_MAX = 512 };
  * counts as unscattered; and the limit on a ray's counted depth. */
 static const double view_spent_depth = 6.0, ground_spent_depth = 25.0, depth_max = 1000.0;
 
-/* A ray in cells of the map. */
-typedef struct map_ray {
-  double at[3], way[3]; /* cells, and cells a metre */
-  double begin_m, end_m;
-} map_ray;
-
-static bool enter(const np_trial *t, np_dvec3 from, np_vec3 direction, map_ray *out) {
-  const double origin[3] = {from.x - t->low.x, from.y - t->low.y, from.z - t->low.z};
-  const double way[3] = {(double)direction.x, (double)direction.y, (double)direction.z};
-  const np_dvec3 extent = np_dvec3_subtract(t->high, t->low);
-  const double size[3] = {extent.x, extent.y, extent.z};
-  out->begin_m = 0.0;
-  out->end_m = HUGE_VAL;
-  for (int a = 0; a < 3; a++) {
-    const double per_m = t->size[a] / size[a], safe = fabs(way[a]) > 1e-12 ? way[a] : copysign(1e-12, way[a]);
-    const double first = -origin[a] / safe, second = (size[a] - origin[a]) / safe;
-    out->at[a] = origin[a] * per_m;
-    out->way[a] = way[a] * per_m;
-    out->begin_m = fmax(out->begin_m, fmin(first, second));
-    out->end_m = fmin(out->end_m, fmax(first, second));
-  }
-  return out->begin_m < out->end_m;
-}
-
-static float interpolate(const np_trial *t, const map_ray *ray, double way_m) {
-  size_t cell = 0;
-  for (int a = 2; a >= 0; a--) {
-    const double at = np_clamp(floor(ray->at[a] + way_m * ray->way[a]), 0.0, t->size[a] - 1.0);
-    cell = cell * (size_t)t->size[a] + (size_t)at;
-  }
-  return t->extinction[cell];
-}
-
 /* Adds a ray, whose light is spent behind an optical depth. */
-static void follow(const np_trial *t, const map_ray *ray, double spent_depth, np_view_counts *sum) {
+static void follow(const np_trial *t, const np_map_ray *ray, double spent_depth, np_view_counts *sum) {
   const double way_m = ray->end_m - ray->begin_m;
-  const double cells = way_m * (fabs(ray->way[0]) + fabs(ray->way[1]) + fabs(ray->way[2]));
-  const int steps = (int)np_clamp(ceil(cells), 1.0, STEPS_MAX);
+  const int steps = (int)np_clamp(ceil(way_m / np_map_ray_get_cell(ray)), 1.0, STEPS_MAX);
   const double step_m = way_m / steps;
   double depth = 0.0, length_m = 0.0;
   for (int i = 0; i < steps && depth < depth_max; i++) {
-    const double extinction = (double)interpolate(t, ray, ray->begin_m + (i + 0.5) * step_m);
+    const double extinction = np_map_ray_sample(t, ray, ray->begin_m + (i + 0.5) * step_m);
     if (extinction > 0.0 && depth < spent_depth) length_m += step_m;
     depth += extinction * step_m;
   }
@@ -72,9 +38,9 @@ np_view_counts np_trial_see(const np_trial *trial, const np_request *request, co
   for (int n = 0; n < RAYS * RAYS; n++) {
     const double x = low[0] + size[0] * (n % RAYS + 0.5) / RAYS, y = low[1] + size[1] * (n / RAYS + 0.5) / RAYS;
     np_film_ray ray;
-    map_ray in_map;
+    np_map_ray in_map;
     if (np_camera_start_ray(&camera, (float)x, (float)y, 0.5f, 0.5f, &ray) &&
-        enter(trial, ray.origin, ray.direction, &in_map))
+        np_map_ray_enter(trial, ray.origin, ray.direction, &in_map))
       follow(trial, &in_map, view_spent_depth, &sum);
   }
   const double share = 1.0 / (RAYS * RAYS);
@@ -104,8 +70,8 @@ np_ground_counts np_trial_see_from_ground(const np_trial *t) {
     const np_dvec3 from =
         np_dvec3_make(t->low.x - reach_m + width_m[0] * (point % GROUND_POINTS + 0.5) / GROUND_POINTS,
                       t->low.y - reach_m + width_m[1] * (point / GROUND_POINTS + 0.5) / GROUND_POINTS, 0.0);
-    map_ray ray;
-    if (!enter(t, from, get_direction(n % GROUND_DIRECTIONS), &ray)) continue;
+    np_map_ray ray;
+    if (!np_map_ray_enter(t, from, get_direction(n % GROUND_DIRECTIONS), &ray)) continue;
     follow(t, &ray, ground_spent_depth, &sum);
     way_m += ray.end_m - ray.begin_m;
   }
