@@ -137,8 +137,12 @@ static double compute_first(const block *b, np_vec3 direction, double distance_m
   return (double)first.band[band];
 }
 
+static np_air_change get_change(const block *b, np_vec3 direction, double distance_m) {
+  return np_air_shadow_get(&b->shadow, &(np_view_ray){.direction = direction}, distance_m);
+}
+
 static np_spectrum get_lost(const block *b, np_vec3 direction, double distance_m) {
-  return np_air_shadow_get_lost(&b->shadow, &(np_view_ray){.direction = direction}, distance_m);
+  return get_change(b, direction, distance_m).lost_share;
 }
 
 /* The light lost is that between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
@@ -189,7 +193,7 @@ static void clouds_light_the_air_around_them(void **state) {
   np_lit_air_value points[4 * NP_LIT_AIR_LEVELS];
   np_lit_air lit = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
   for (int n = 0; n < 4 * NP_LIT_AIR_LEVELS; n++)
-    points[n] = (np_lit_air_value){np_spectrum_scale(sun, 0.2f), np_spectrum_scale(sun, 0.06f)};
+    points[n] = (np_lit_air_value){.upper = np_spectrum_scale(sun, 0.2f), .lower = np_spectrum_scale(sun, 0.06f)};
   for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) lit.level_m[k] = 1000.0 * k;
   b.base.world.atmosphere = air;
   b.base.world.sun_irradiance = sun;
@@ -203,9 +207,36 @@ static void clouds_light_the_air_around_them(void **state) {
   const np_even_inscatter even = np_sky_compute_even_inscatter(&ray, 6e3, &shares);
   for (int band = 0; band < 3; band++) {
     const double flux[2] = {0.2 / (double)through.band[band], 0.06 / (double)through.band[band]};
-    const double found = -(double)get_lost(&b, d, 6e3).band[band] * (double)even.first.band[band];
+    const double found = (double)get_change(&b, d, 6e3).added.band[band];
     const double expected = flux[0] * (double)even.upper.band[band] + flux[1] * (double)even.lower.band[band];
     assert_near_relative(found, expected, 0.01);
+  }
+  clear_block(&b);
+}
+
+/* A beam as strong as the sun's irradiance at each height, from the sun's direction, adds as much light to the air as
+ * the sun's light of the first order is. 1 %: the sun's transmittance is taken on the lattice's levels. */
+static void a_beam_is_scattered_as_sunlight(void **state) {
+  neph_atmosphere *air = *state;
+  block b;
+  place_block(&b, air);
+  np_lit_air_value points[4 * NP_LIT_AIR_LEVELS];
+  np_lit_air lit = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) {
+    lit.level_m[k] = 1000.0 * k;
+    const np_dvec3 at = np_dvec3_make(3000.0, 1000.0, lit.level_m[k]);
+    const np_spectrum beam =
+        np_spectrum_multiply(np_atmosphere_transmittance_to_sun(air, at, b.base.world.to_sun, 0.0f), b.sky->irradiance);
+    for (int n = 0; n < 4; n++)
+      points[4 * k + n] = (np_lit_air_value){.upper = beam, .beam = beam, .way = b.base.world.to_sun};
+  }
+  b.base.world.atmosphere = air;
+  b.lit_air = &lit;
+  cast(&b, 120);
+  for (int i = 0; i < 3; i++) {
+    const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f - 0.35f * (float)i, 0.01f + 0.1f * (float)i));
+    for (int band = 0; band < 3; band++)
+      assert_near_relative((double)get_change(&b, d, 4e3).added.band[band], compute_first(&b, d, 4e3, band), 0.01);
   }
   clear_block(&b);
 }
@@ -287,6 +318,7 @@ int main(void) {
       cmocka_unit_test(what_is_lost_lies_in_the_shadow),
       cmocka_unit_test(beside_the_shadow_nothing_is_lost),
       cmocka_unit_test(clouds_light_the_air_around_them),
+      cmocka_unit_test(a_beam_is_scattered_as_sunlight),
       cmocka_unit_test(even_light_is_scattered_without_a_phase_function),
       cmocka_unit_test(aerosols_scatter_forward_from_either_hemisphere),
       cmocka_unit_test(without_casters_nothing_is_kept),

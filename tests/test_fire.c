@@ -273,21 +273,60 @@ static void a_second_light_does_not_light_the_fire_twice(void **state) {
   }
 }
 
-/* Fire alone in the dark is seen, and lights ground and smoke. */
+/* Fire alone in the dark is seen, and lights ground, smoke and air. */
 static void fire_alone_lights_a_scene(void **state) {
   const fixture *f = *state;
   for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
     neph_scene *scene = load(f, "", "refuse");
     assert_int_equal(neph_scene_set(scene, "sun.irradiance", "0"), NEPH_OK);
     neph_image *image = render(scene, i);
-    static const char *const lit[] = {"terrain.R", "multiple.R", "emission.R"};
-    static const char *const dark[] = {"sun.R", "background.R", "sky.R", "air.R"};
-    const size_t dark_count =
-        i == NEPH_INTEGRATOR_MARCH ? 4 : 1; /* paths follow the fire's light through the air too */
-    for (size_t c = 0; c < 3; c++) assert_true(compute_mean(image, lit[c]) > 0.0);
-    for (size_t c = 0; c < dark_count; c++) assert_true(compute_mean(image, dark[c]) == 0.0);
+    static const char *const lit[] = {"terrain.R", "multiple.R", "emission.R", "air.R"};
+    for (size_t c = 0; c < 4; c++) assert_true(compute_mean(image, lit[c]) > 0.0);
+    assert_true(compute_mean(image, "sun.R") == 0.0);
     neph_image_destroy(image);
     neph_scene_destroy(scene);
+  }
+}
+
+/* Air that scatters 1e-5 of a fire's light a metre, by Rayleigh's phase function, over black ground; no sun. */
+static const char thin_air[] =
+    "{preset: earth, ground_albedo: 0, rayleigh_scattering: 1e-5 1/m, rayleigh_height: 1000 km, mie_scattering: 0, "
+    "mie_extinction: 0, ozone_absorption: 0, tolerance: 0.1}";
+
+/* Mean radiance of a view of the fire, or past it. */
+static double view_fire(const fixture *f, const char *atmosphere, const char *position, const char *look_at,
+                        const char *fov) {
+  neph_scene *scene = load(f, "", "refuse");
+  set(scene, "sun.elevation", "-40 deg");
+  set(scene, "atmosphere", atmosphere);
+  set(scene, "camera.position", position);
+  set(scene, "camera.look_at", look_at);
+  set(scene, "camera.fov", fov);
+  neph_image *image = render(scene, NEPH_INTEGRATOR_MARCH);
+  const double mean = compute_mean(image, "R");
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+  return mean;
+}
+
+/* A fire of intensity I, which is a point from 200 m and more, lights a ray that passes it at a distance b, from 600 m
+ * before it on: with u the place along the ray in units of b, β·I/b·∫ p/(1 + u²) du, p = 3/16π·(1 + u²/(1 + u²)). 8 %:
+ * the fire is 20 m high, and its light is kept at places some 50 m apart, and beyond 320 m by a power of the
+ * distance. */
+static void fire_lights_the_air_as_a_point_does(void **state) {
+  static const double passing_m[] = {200.0, 600.0};
+  static const char *const positions[] = {"[200 m, -600 m, 310 m]", "[600 m, -600 m, 310 m]"},
+                           *const ahead[] = {"[200 m, 0 m, 310 m]", "[600 m, 0 m, 310 m]"};
+  const fixture *f = *state;
+  const double seen = view_fire(f, "none", "[0 m, -600 m, 310 m]", "[0 m, 0 m, 310 m]", "6 deg"),
+               intensity = seen * pow(2.0 * 600.0 * tan(0.5 * 6.0 * NP_DEGREE), 2.0);
+  for (int i = 0; i < 2; i++) {
+    const double b = passing_m[i], step = 0.001, found = view_fire(f, thin_air, positions[i], ahead[i], "1 deg");
+    double integral = 0.0;
+    for (double u = -600.0 / b; u < 50.0; u += step) integral += step * (1.0 + u * u / (1.0 + u * u)) / (1.0 + u * u);
+    const double expected = 1e-5 * intensity / b * 3.0 / (16.0 * NP_PI) * integral;
+    print_message("past the fire at %g m: %.4g, expected %.4g\n", b, found, expected);
+    assert_near_relative(found, expected, 0.08);
   }
 }
 
@@ -513,6 +552,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(deep_pixels_hold_the_flame, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_second_light_does_not_light_the_fire_twice, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_alone_lights_a_scene, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(fire_lights_the_air_as_a_point_does, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_alone_is_the_same_light_in_packets, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_has_its_colour, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bad_values_are_refused_or_repaired, set_up, test_tear_down),

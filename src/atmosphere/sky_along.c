@@ -82,3 +82,34 @@ np_air_parts np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 di
   out.first = trace(sky, &light, &a, direction);
   return out;
 }
+
+np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m) {
+  const np_medium *medium = &atmosphere->medium;
+  const np_bands extinction = np_extinction_at(medium, np_altitude(middle, medium->planet_radius_m));
+  return np_bands_to_spectrum(np_bands_exp(-extinction * (float)length_m));
+}
+
+np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m,
+                              const np_hemisphere_shares *shares, float versine, np_spectrum *transmittance) {
+  const np_medium *medium = &atmosphere->medium;
+  const double altitude_m = np_altitude(middle, medium->planet_radius_m);
+  const float length = (float)length_m;
+  np_scattering air;
+  np_scattering_at(medium, altitude_m, &air);
+  const np_bands depth = np_extinction_at(medium, altitude_m) * length, end = np_bands_exp(-depth);
+  const np_bands thin = 1.0f - depth * (0.5f - depth / 6.0f),
+                 thick = (1.0f - end) / np_bands_max(depth, np_bands_grey(1e-3f));
+  const np_spectrum before = *transmittance;
+  const np_spectrum seen = np_spectrum_scale(
+      np_spectrum_multiply(before, np_bands_to_spectrum(np_bands_select(depth > 1e-2f, thick, thin))), length);
+  np_bands beam = np_phase_rayleigh_eval(1.0f - versine) * air.rayleigh;
+  for (int i = 0; i < medium->aerosol_count; i++)
+    beam += np_phase_eval(&medium->aerosol[i].phase, versine) * air.aerosol[i];
+  const np_spectrum molecules = np_spectrum_scale(np_bands_to_spectrum(air.rayleigh), 0.25f / NP_PI_F),
+                    aerosols = np_spectrum_scale(np_bands_to_spectrum(np_aerosol_sum(medium, &air, 0)), 0.5f / NP_PI_F);
+  const np_spectrum upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
+                    lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols));
+  *transmittance = np_spectrum_multiply(before, np_bands_to_spectrum(end));
+  return (np_air_cell){np_spectrum_multiply(seen, upper), np_spectrum_multiply(seen, lower),
+                       np_spectrum_multiply(seen, np_bands_to_spectrum(beam))};
+}

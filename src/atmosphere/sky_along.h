@@ -21,4 +21,18 @@ typedef struct np_air_parts {
 np_air_parts np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m,
                                 const np_hemisphere_shares *shares);
 
+/* Transmittance of a length of the air at its middle. */
+np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m);
+
+/* Radiance that a cell of the air scatters per actinic flux of light, 1/sr: of light from one hemisphere, equal in all
+ * its directions, and of a beam. */
+typedef struct np_air_cell {
+  np_spectrum upper, lower, beam;
+} np_air_cell;
+
+/* A cell as long as `length_m` of the air at its middle; the beam is scattered by an angle of versine `versine`.
+ * `*transmittance`: of the air before it, and then behind it. */
+np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m,
+                              const np_hemisphere_shares *shares, float versine, np_spectrum *transmittance);
+
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/air_shadow.h"
 
-#include "atmosphere/atmosphere_private.h"
+#include "atmosphere/sky_along.h"
 #include "core/alloc.h"
 #include "core/units.h"
 
@@ -62,7 +62,7 @@ typedef struct shadow_probe {
   np_dvec3 axis[3];
   axis_box shafts[2], lit;
   unsigned shaft_count;
-  bool has_lit;
+  bool has_lit, is_lit_by_fire;
   float fade[NP_INSTANCES_MAX]; /* factor on optical depth in each cloud: light in the forward peak is not lost to the
                                    air */
 } shadow_probe;
@@ -161,8 +161,10 @@ static double compute_reach(const shadow_probe *p) {
                                                 np_mixf((float)r->whole_begin[1], (float)r->whole_end[1], v));
     double begin, end;
     compute_interval(p, direction, &begin, &end);
-    end = fmin(fmax(begin < end ? end : 0.0, compute_lit_end(p, direction)), compute_ground_distance(p, direction));
+    const double ground = compute_ground_distance(p, direction), lit_end = fmin(compute_lit_end(p, direction), ground);
+    end = fmax(begin < end ? fmin(end, ground) : 0.0, lit_end);
     if (end > 0.0) reach = fmax(reach, search_light_end(p->world->camera_sky, direction, end));
+    if (p->is_lit_by_fire) reach = fmax(reach, lit_end);
   }
   return reach;
 }
@@ -269,6 +271,7 @@ static void place_shafts(shadow_probe *p, const np_air_casters *casters) {
   p->shaft_count = casters->count;
   for (unsigned i = 0; i < casters->count; i++) p->shafts[i] = make_shaft(p, casters->low[i], casters->high[i]);
   p->has_lit = casters->has_lit;
+  p->is_lit_by_fire = casters->has_lit && casters->is_lit_by_fire;
   p->lit = (axis_box){{casters->lit_low.x, casters->lit_low.y, casters->lit_low.z},
                       {casters->lit_high.x, casters->lit_high.y, casters->lit_high.z}};
 }
@@ -311,30 +314,45 @@ typedef struct loss_job {
   np_air_shadow *out;
 } loss_job;
 
-/* Share of the sun's irradiance that must be left for light to be counted in it. */
-static const float sun_least = 1e-3f;
+/* Radiance that the clouds' light in a cell of the air adds to a ray. */
+static np_spectrum scatter(const neph_atmosphere *air, np_dvec3 middle, double length_m, np_vec3 direction,
+                           const np_hemisphere_shares *shares, const np_lit_air_value *change,
+                           np_spectrum *transmittance) {
+  const float way = np_vec3_length(change->way);
+  const np_vec3 beam = way > 0.0f ? np_vec3_scale(change->way, 1.0f / way) : direction;
+  const np_air_cell cell =
+      np_air_cell_cross(air, middle, length_m, shares, np_vec3_versine(direction, beam), transmittance);
+  const np_spectrum even = np_spectrum_scale(change->beam, -1.0f), none = np_spectrum_grey(0.0f);
+  const np_spectrum upper = np_spectrum_add(change->upper, beam.z > 0.0f ? even : none),
+                    lower = np_spectrum_add(change->lower, beam.z > 0.0f ? none : even);
+  const np_spectrum both =
+      np_spectrum_add(np_spectrum_multiply(upper, cell.upper), np_spectrum_multiply(lower, cell.lower));
+  return np_spectrum_add(both, np_spectrum_multiply(change->beam, cell.beam));
+}
 
-/* Change of the actinic flux at a place by the clouds, relative to the sun's irradiance there. */
-static np_lit_air_value compute_diffuse(const loss_job *job, np_dvec3 position) {
-  const np_world *world = job->world;
-  np_lit_air_value out = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
-  if (!job->lit_air || !world->atmosphere) return out;
-  const np_spectrum through =
-      np_atmosphere_transmittance_to_sun(world->atmosphere, position, world->to_sun, world->sun_angular_radius_rad);
-  const np_lit_air_value light = np_lit_air_get(job->lit_air, position);
-  for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float sun = through.band[b] * world->sun_irradiance.band[b];
-    if (!(sun > sun_least * world->sun_irradiance.band[b])) continue;
-    out.upper.band[b] = light.upper.band[b] / sun;
-    out.lower.band[b] = light.lower.band[b] / sun;
+/* Light that the clouds add to the air along a node's ray, up to each plane; past the ray's end it stays constant. */
+static void add_node(const loss_job *job, size_t node, np_vec3 direction, const np_hemisphere_shares *shares) {
+  const np_air_visibility *v = job->visibility;
+  const double ground = (double)v->ground_m[node];
+  np_spectrum added = np_spectrum_grey(0.0f), transmittance = np_spectrum_grey(1.0f);
+  double begin = 0.0;
+  for (int c = 0; c < PLANES; c++) {
+    const double end = fmin(compute_plane(v->reach_m, c), ground);
+    if (c < CELLS && end > begin) {
+      const np_dvec3 middle = np_dvec3_along(v->rays.origin, direction, 0.5 * (begin + end));
+      const np_lit_air_value change = np_lit_air_get(job->lit_air, middle);
+      added = np_spectrum_add(
+          added, scatter(job->world->atmosphere, middle, end - begin, direction, shares, &change, &transmittance));
+    }
+    begin = end;
+    job->out->added[node * PLANES + (size_t)c] = added;
   }
-  return out;
 }
 
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float visible = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
-    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(visible, 0.0f, 5.0f) + 0.5f);
+    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(visible, 0.0f, 1.0f) + 0.5f);
   }
 }
 
@@ -347,29 +365,24 @@ static void lose_node(const loss_job *job, size_t node) {
       compute_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
   const double ground = (double)v->ground_m[node];
   uint16_t(*out)[NP_BAND_COUNT] = &job->out->visible_fraction[node * PLANES];
-  np_spectrum lost = np_spectrum_grey(0.0f);
+  np_spectrum lost = np_spectrum_grey(0.0f), before = lost;
   const np_sky_ray ray = np_sky_ray_start(job->world->camera_sky, direction);
-  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
-  np_even_inscatter before = {lost, lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
     const double end = fmin(compute_plane(v->reach_m, c), ground);
     const bool is_past = c > 0 && !(end > begin);
-    const np_even_inscatter up_to = is_past ? before : np_sky_compute_even_inscatter(&ray, end, &shares);
+    const np_spectrum up_to = is_past ? before : compute_first_order(&ray, end);
     if (c < CELLS && end > begin) {
       const float seen = v->seen[node * CELLS + (size_t)c];
-      const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));
-      const np_lit_air_value change = compute_diffuse(job, middle);
-      const np_spectrum upper = np_spectrum_subtract(up_to.upper, before.upper),
-                        lower = np_spectrum_subtract(up_to.lower, before.lower);
-      lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to.first, before.first));
-      lost = np_spectrum_subtract(lost, np_spectrum_multiply(change.upper, upper));
-      lost = np_spectrum_subtract(lost, np_spectrum_multiply(change.lower, lower));
+      lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to, before));
     }
     before = up_to;
     begin = end;
-    keep(lost, up_to.first, out[c]);
+    keep(lost, up_to, out[c]);
   }
+  if (!job->out->added) return;
+  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
+  add_node(job, node, direction, &shares);
 }
 
 static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thread) {
@@ -383,7 +396,9 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
   const size_t count = count_nodes(&visibility->rays);
   out->visible_fraction = np_alloc(out->context, count * PLANES, sizeof *out->visible_fraction);
-  if (!out->visible_fraction) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (lit_air && world->atmosphere) out->added = np_alloc(out->context, count * PLANES, sizeof *out->added);
+  if (!out->visible_fraction || (lit_air && world->atmosphere && !out->added))
+    return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
   loss_job job = {visibility, world, lit_air, out};
   np_monitor_set_range(monitor, 0.9, 1.0);
   neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);
@@ -393,6 +408,7 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
 
 void np_air_shadow_clear(np_air_shadow *shadow) {
   np_alloc_free(shadow->context, shadow->visible_fraction);
+  np_alloc_free(shadow->context, shadow->added);
   *shadow = (np_air_shadow){0};
 }
 
@@ -436,7 +452,7 @@ static void locate(const np_air_rays *r, const np_view_ray *view, int32_t out_lo
   }
 }
 
-np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, const np_view_ray *view, double distance_m) {
+np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m) {
   const np_air_visibility *v = shadow->visibility;
   const np_air_rays *r = &v->rays;
   int32_t lower[2];
@@ -444,17 +460,23 @@ np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, const np_view_ra
   locate(r, view, lower, part);
   const int plane = compute_plane_before(v->reach_m, distance_m, &along);
   const double within = fmin(distance_m, 1e9);
+  const float begun = (float)fmin(distance_m / compute_plane(v->reach_m, 0), 1.0);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
-  np_spectrum sum = np_spectrum_grey(0.0f);
+  np_air_change sum = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
     const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
+    const size_t first = node * PLANES + (size_t)plane;
     const float weight =
         (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * compute_weight(v->ground_m[node], within);
-    const uint16_t *near = shadow->visible_fraction[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
+    const uint16_t *near = shadow->visible_fraction[first], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
-      sum.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);
+      sum.lost_share.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);
+    if (shadow->added)
+      sum.added = np_spectrum_add_scaled(sum.added, weight * begun,
+                                         np_spectrum_mix(shadow->added[first], shadow->added[first + 1], along));
     weights += weight;
   }
-  return np_spectrum_scale(sum, 1.0f / weights);
+  return (np_air_change){np_spectrum_scale(sum.lost_share, 1.0f / weights),
+                         np_spectrum_scale(sum.added, 1.0f / weights)};
 }

@@ -63,7 +63,7 @@ typedef struct np_air_rays {
 typedef struct np_air_casters {
   unsigned count;
   np_dvec3 low[2], high[2];
-  bool has_lit;
+  bool has_lit, is_lit_by_fire; /* light of fires counts where the sun's does not */
   np_dvec3 lit_low, lit_high;
 } np_air_casters;
 
@@ -84,13 +84,14 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
 void np_air_visibility_clear(np_air_visibility *visibility);
 
 /* Unit of stored shares: shadowed light in three bands over the light of the first order. The value represents a share
- * of 1; at most five times that is stored. */
-#define NP_AIR_SHADOW_UNIT 13107.0f
+ * of 1. */
+#define NP_AIR_SHADOW_UNIT 65535.0f
 
 typedef struct np_air_shadow {
   neph_context *context;                       /* borrowed */
   const np_air_visibility *visibility;         /* borrowed */
-  uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* lost shares: nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
+  uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
+  np_spectrum *added; /* radiance that the clouds' light adds to the air, as many; NULL: that light is unknown */
 } np_air_shadow;
 
 /* Computes lost light for the world's camera sky; with the clouds' light on the air, if `lit_air` is not NULL. */
@@ -98,8 +99,13 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
                                 np_monitor *monitor, np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);
 
-/* Share of the first order's in-scatter up to a distance (infinity is allowed) that is lost; below 0 where clouds add
- * light to the air. */
-np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, const np_view_ray *view, double distance_m);
+/* Change of the air's light up to a distance. */
+typedef struct np_air_change {
+  np_spectrum lost_share; /* share of the first order's in-scatter that is lost */
+  np_spectrum added;      /* radiance; below 0 where clouds hide more light from the air than they give it */
+} np_air_change;
+
+/* Infinity is allowed. */
+np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m);
 
 #endif

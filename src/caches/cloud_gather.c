@@ -4,6 +4,7 @@
 #include <assert.h>
 
 #include "core/units.h"
+#include "world/emission.h"
 
 void np_cloud_gather_init(np_cloud_gather *g) {
   const np_scattering_medium *medium = np_scattering_field_get_medium(g->scattering);
@@ -73,9 +74,13 @@ static float compute_source(const np_cloud_gather *g, const np_cloud_direction *
   return scaled;
 }
 
+/* Mean transmittance over a length of an optical depth. */
+static float compute_mean(float depth) { return depth > 1e-3f ? np_opacity(depth) / depth : 1.0f - 0.5f * depth; }
+
 np_cloud_view np_cloud_gather_follow(const np_cloud_gather *g, const np_cloud_direction *d, np_dvec3 origin,
                                      const np_cloud_steps *steps) {
-  np_cloud_view out = {np_spectrum_grey(0.0f), 1.0f, 0.0f};
+  const np_emission *emission = g->world->emission;
+  np_cloud_view out = {.transmittance = 1.0f};
   double begin, end, distances = 0.0;
   if (!np_cloud_gather_clip(g, origin, d->towards, &begin, &end)) return out;
   end = fmin(end, steps->end_m);
@@ -86,7 +91,12 @@ np_cloud_view np_cloud_gather_follow(const np_cloud_gather *g, const np_cloud_di
   for (int k = 0; k < count && out.transmittance > 1e-3f; k++) {
     np_spectrum source;
     const double at = begin + (k + steps->offset) * length;
-    const float scaled = compute_source(g, d, np_dvec3_along(origin, d->towards, at), &source);
+    const np_dvec3 place = np_dvec3_along(origin, d->towards, at);
+    const float scaled = compute_source(g, d, place, &source);
+    if (emission)
+      out.emitted =
+          np_spectrum_add_scaled(out.emitted, out.transmittance * compute_mean(scaled * (float)length) * (float)length,
+                                 np_emission_eval(emission, place));
     if (!(scaled > 0.0f)) continue;
     const float passed = np_transmittance(scaled * (float)length), stopped = out.transmittance * (1.0f - passed);
     assert(passed >= 0.0f && passed <= 1.0f);

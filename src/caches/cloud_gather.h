@@ -44,7 +44,8 @@ typedef struct np_cloud_steps {
 
 /* Clouds along a ray, in the scaled medium. */
 typedef struct np_cloud_view {
-  np_spectrum light;   /* W m⁻² sr⁻¹ nm⁻¹ */
+  np_spectrum light;   /* scattered by the clouds, W m⁻² sr⁻¹ nm⁻¹ */
+  np_spectrum emitted; /* radiance of emission, not scattered */
   float transmittance; /* transmittance of the clouds along the ray */
   float middle_m;      /* mean distance of the clouds' opacity; 0 without clouds */
 } np_cloud_view;

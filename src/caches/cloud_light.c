@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/cloud_light.h"
 
+#include "core/units.h"
+
 typedef struct air_job {
   const np_cloud_gather *gather;
   const np_ground_rays *rays;
@@ -20,9 +22,13 @@ static void add_air(const air_job *job, size_t point) {
     change =
         np_spectrum_add(change, np_lit_air_along(&job->light->air, &d->air, d->gather.towards, place, ray, d->offset));
   }
-  np_spectrum *open = &ground->points[point].open;
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    if (clear.band[b] > 0.0f) open->band[b] = fmaxf(0.0f, open->band[b] + change.band[b] / clear.band[b]);
+  np_ground_light_value *value = &ground->points[point];
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    if (change.band[b] > 0.0f)
+      value->added.band[b] += change.band[b] * NP_PI_F / NP_GROUND_DIRECTIONS;
+    else if (clear.band[b] > 0.0f)
+      value->open.band[b] = fmaxf(0.0f, value->open.band[b] + change.band[b] / clear.band[b]);
+  }
 }
 
 static neph_result add_air_to_points(void *user, size_t begin, size_t end, unsigned thread) {

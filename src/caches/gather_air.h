@@ -42,6 +42,9 @@ np_spectrum np_gather_air_change(const np_cloud_gather *gather, const np_gather_
 /* Light of clouds, attenuated by the air before them. */
 np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray, np_spectrum light);
 
+/* Transmittance of a ray's air that was not traced: of the air halfway to the clouds. */
+np_spectrum np_gather_air_estimate(const np_cloud_gather *gather, np_dvec3 origin, np_vec3 towards, double cloud_m);
+
 /* The cells of a ray's air, the nearest first: false past the last. `*out_share`: how much of the cell counts;
  * `*out_place`: a place in it. */
 bool np_gather_air_get_cell(const np_gather_ray *ray, int cell, double offset, float *out_share, double *out_place);

@@ -2,15 +2,14 @@
 /* Light on the ground under clouds, gathered from the solution of the multiple scattering (cloud_gather.h).
  *
  * With the directions of one cosine-weighted set, the same at every point, so that neighbours differ by what they see
- * alone. Smoke around a flame is bright in a small part of a dark sky, which such a set meets or misses: where there is
- * emission, two more are drawn, towards it and towards the clouds' box, and all are weighted by the balance heuristic
- * (Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"). Hills end the rays that
- * meet them; a slope sees its share of everything.
+ * alone, and, where there is emission, rays towards it (fire_rays.h). Hills end the rays that meet them; a slope sees
+ * its share of everything.
  */
 #include "caches/ground_light.h"
 
 #include <string.h>
 
+#include "caches/fire_rays.h"
 #include "core/alloc.h"
 #include "core/units.h"
 
@@ -34,33 +33,16 @@ static np_vec3 get_even_direction(unsigned i) {
   return np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
 }
 
-/* Density per solid angle of the direction to a point of the clouds' box. */
-static double compute_box_density(const np_cloud_gather *g, np_dvec3 position, np_vec3 towards) {
-  const np_dvec3 size = np_dvec3_subtract(g->bounds_max, g->bounds_min);
-  double begin, end;
-  if (!np_cloud_gather_clip(g, position, towards, &begin, &end)) return 0.0;
-  return (end * end * end - begin * begin * begin) / (3.0 * size.x * size.y * size.z);
-}
+static np_fire_rays get_fire_rays(const ground_fill *f) { return (np_fire_rays){f->gather, TO_EMISSION, TO_BOX}; }
 
-/* MIS weight of the even set for light from one direction, among all sets that could have sampled it. */
-static float weigh(const np_cloud_gather *g, np_dvec3 position, np_vec3 towards) {
-  if (!g->world->emission) return 1.0f;
-  const double even = (double)towards.z * (DIRECTIONS / NP_PI);
-  const double to_emission = TO_EMISSION * (double)np_emission_direction_density(g->world->emission, position, towards);
-  return (float)(even / (even + to_emission + TO_BOX * compute_box_density(g, position, towards)));
+/* Weight of a direction's light beside the rays towards fires. */
+static float weigh(const ground_fill *f, np_dvec3 position, np_vec3 towards) {
+  const np_fire_rays rays = get_fire_rays(f);
+  return np_fire_rays_weigh(&rays, position, towards, (double)towards.z * (DIRECTIONS / NP_PI));
 }
 
 /* Offset of the i-th direction's steps. */
 static double get_offset(unsigned i) { return fmod(0.5 + 0.6180339887498949 * i, 1.0); }
-
-/* The i-th point of a set that fills the clouds' box evenly (Roberts 2018, "The Unreasonable Effectiveness of
- * Quasirandom Sequences"). */
-static np_dvec3 get_box_point(const np_cloud_gather *g, unsigned i) {
-  const np_dvec3 low = g->bounds_min, size = np_dvec3_subtract(g->bounds_max, low);
-  return np_dvec3_make(low.x + size.x * fmod(0.5 + 0.8191725133961645 * i, 1.0),
-                       low.y + size.y * fmod(0.5 + 0.6710436067037893 * i, 1.0),
-                       low.z + size.z * fmod(0.5 + 0.5497004779019703 * i, 1.0));
-}
 
 /* Marches the i-th direction of a set, up to the ground if hills block the ray. */
 static np_cloud_view follow(const ground_fill *f, const np_cloud_direction *d, np_dvec3 position, unsigned i,
@@ -69,30 +51,6 @@ static np_cloud_view follow(const ground_fill *f, const np_cloud_direction *d, n
   *out_end_m = world->terrain ? np_cloud_gather_find_ground(f->gather, position, d->towards, out_hill) : HUGE_VAL;
   return np_cloud_gather_follow(f->gather, d, position,
                                 &(np_cloud_steps){f->step_m, get_offset(i), *out_end_m, STEPS_MAX});
-}
-
-/* Adds light from the direction of a place. */
-static void gather_from(const ground_fill *f, np_dvec3 position, np_dvec3 place, unsigned i, np_spectrum *sum) {
-  const np_vec3 away = np_dvec3_to_float(np_dvec3_subtract(place, position));
-  np_cloud_direction d;
-  np_ground_hit hill;
-  double end_m;
-  if (!(away.z > 0.0f)) return;
-  np_cloud_gather_aim(f->gather, np_vec3_normalize(away), &d);
-  const np_cloud_view view = follow(f, &d, position, i, &hill, &end_m);
-  *sum = np_spectrum_add_scaled(*sum, weigh(f->gather, position, d.towards), view.light);
-}
-
-/* Adds emission sampled by other strategies. Each strategy's weight over its density equals that of the uniform
- * directions. */
-static void gather_emitted(const ground_fill *f, np_dvec3 position, np_spectrum *sum) {
-  const np_emission *emission = f->gather->world->emission;
-  np_random random = np_random_start(0, 0, 0, 0, 0); /* equal random numbers at every point */
-  for (unsigned i = 0; i < TO_EMISSION; i++) {
-    np_dvec3 place;
-    if (np_emission_draw(emission, (i + 0.5) / TO_EMISSION, &random, &place)) gather_from(f, position, place, i, sum);
-  }
-  for (unsigned i = 0; i < TO_BOX; i++) gather_from(f, position, get_box_point(f->gather, i), i, sum);
 }
 
 /* Radiance of a hill under a clear sky and the dimmed sun. */
@@ -112,7 +70,7 @@ static np_spectrum light_hill(const ground_fill *f, const np_ground_hit *hill) {
 /* Radiances along the even set, summed: of the clear sky, what is left of it, and what the clouds add; behind hills
  * there is no sky, and clouds before them hide their light. */
 typedef struct ground_sums {
-  np_spectrum clear, seen, added;
+  np_spectrum clear, seen, added, emitted;
   np_spectrum clear_linear[2],
       linear[2]; /* first moments along x and y of the radiances `clear`, and `seen` and `added` */
   float open;
@@ -123,6 +81,24 @@ static void add_linear(np_spectrum sums[2], np_vec3 towards, np_spectrum light) 
   sums[1] = np_spectrum_add_scaled(sums[1], towards.y / towards.z, light);
 }
 
+/* Adds light along the rays towards fires, attenuated by the air. */
+static void gather_fires(const ground_fill *f, np_dvec3 position, ground_sums *sums) {
+  const np_fire_rays rays = get_fire_rays(f);
+  np_cloud_direction d;
+  np_ground_hit hill;
+  np_vec3 towards;
+  double end_m;
+  for (unsigned i = 0; np_fire_rays_aim(&rays, position, i, &towards); i++) {
+    if (!(towards.z > 0.0f)) continue;
+    np_cloud_gather_aim(f->gather, towards, &d);
+    const np_cloud_view view = follow(f, &d, position, i, &hill, &end_m);
+    const np_spectrum passed = np_spectrum_scale(
+        np_gather_air_estimate(f->gather, position, towards, (double)view.middle_m), weigh(f, position, towards));
+    sums->added = np_spectrum_add(sums->added, np_spectrum_multiply(passed, view.light));
+    sums->emitted = np_spectrum_add(sums->emitted, np_spectrum_multiply(passed, view.emitted));
+  }
+}
+
 static void gather_along(const ground_fill *f, np_dvec3 position, unsigned i, np_gather_ray *out_ray,
                          ground_sums *sums) {
   const np_ground_direction *d = &f->rays->directions[i];
@@ -131,7 +107,7 @@ static void gather_along(const ground_fill *f, np_dvec3 position, unsigned i, np
   double end_m;
   const np_cloud_view view = follow(f, &d->gather, position, i, &hill, &end_m);
   *out_ray = (np_gather_ray){{0}, view.transmittance, view.middle_m, (float)end_m};
-  const float weight = weigh(f->gather, position, towards);
+  const float weight = weigh(f, position, towards);
   np_spectrum added = np_spectrum_scale(np_gather_air_dim(&d->air, out_ray, view.light), weight), seen = {{0}};
   if (isfinite(end_m)) {
     if (view.transmittance < 1.0f)
@@ -146,6 +122,7 @@ static void gather_along(const ground_fill *f, np_dvec3 position, unsigned i, np
   }
   sums->seen = np_spectrum_add(sums->seen, seen);
   sums->added = np_spectrum_add(sums->added, added);
+  sums->emitted = np_spectrum_add_scaled(sums->emitted, weight, np_gather_air_dim(&d->air, out_ray, view.emitted));
   add_linear(sums->linear, towards, np_spectrum_add(seen, added));
 }
 
@@ -153,9 +130,10 @@ static np_ground_light_value gather_at(const ground_fill *f, np_dvec3 position, 
   ground_sums sums = {.open = 0.0f};
   np_ground_light_value out;
   for (unsigned i = 0; i < DIRECTIONS; i++) gather_along(f, position, i, &rays[i], &sums);
-  if (f->gather->world->emission) gather_emitted(f, position, &sums.added);
+  if (f->gather->world->emission) gather_fires(f, position, &sums);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     out.added.band[b] = fmaxf(0.0f, sums.added.band[b]) * NP_PI_F / DIRECTIONS;
+    out.emitted.band[b] = sums.emitted.band[b] * NP_PI_F / DIRECTIONS;
     out.open.band[b] =
         sums.clear.band[b] > 0.0f ? fmaxf(0.0f, sums.seen.band[b]) / sums.clear.band[b] : sums.open / DIRECTIONS;
     for (int a = 0; a < 2; a++)
@@ -221,6 +199,7 @@ neph_result np_ground_light_build(neph_context *context, const np_cloud_gather *
   ground_fill f = {gather, step_voxels * np_cloud_gather_compute_voxel(gather->world), out, out_rays};
   memcpy(out->fade, gather->fade, sizeof out->fade);
   place(gather, out);
+  out->is_of_fire = gather->world->emission && !(out->period_m[0] > 0.0 || out->period_m[1] > 0.0);
   const size_t count = np_ground_light_count_points(out);
   out->points = np_alloc(context, count, sizeof *out->points);
   out_rays->directions = np_alloc(context, DIRECTIONS, sizeof *out_rays->directions);
@@ -247,7 +226,9 @@ void np_ground_light_clear(np_ground_light *cache) {
 }
 
 void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
+  const uint64_t is_of_fire = cache->is_of_fire;
   NP_CACHE_WRITE(entry, cache->size);
+  NP_CACHE_WRITE(entry, is_of_fire);
   NP_CACHE_WRITE(entry, cache->origin_m);
   NP_CACHE_WRITE(entry, cache->spacing_m);
   NP_CACHE_WRITE(entry, cache->period_m);
@@ -265,13 +246,27 @@ static bool is_sound(const np_ground_light *cache) {
 }
 
 bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_ground_light *out) {
+  uint64_t is_of_fire;
   *out = (np_ground_light){.context = context};
-  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, out->origin_m) ||
+  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->origin_m) ||
       !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->fade))
     return false;
-  if (!np_cache_read_check(entry, is_sound(out))) return false;
+  if (!np_cache_read_check(entry, is_of_fire <= 1 && is_sound(out))) return false;
+  out->is_of_fire = is_of_fire;
   out->points = np_cache_read_block(entry, np_ground_light_count_points(out), sizeof *out->points);
   return out->points;
+}
+
+/* Share of a fire's light on the grid's rim that is left at a position beyond it. */
+static float compute_left(const np_ground_light *c, const double position[2]) {
+  double near2 = 0.0, far2 = 0.0;
+  for (int a = 0; a < 2; a++) {
+    const double half_m = 0.5 * c->spacing_m * (c->size[a] - 1), away = position[a] - c->origin_m[a] - half_m,
+                 on_rim = np_clamp(away, -half_m, half_m);
+    near2 += on_rim * on_rim;
+    far2 += away * away;
+  }
+  return far2 > near2 ? (float)(near2 / far2) : 1.0f;
 }
 
 np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 position) {
@@ -287,15 +282,17 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
     w[a] = (float)(u - lower[a]);
     if (!is_wrapped) rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));
   }
+  const float added = c->is_of_fire ? compute_left(c, p) : rim;
   np_ground_light_value out = {.open = np_spectrum_grey(1.0f - rim)};
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
-    const float weight = rim * (i ? w[0] : 1.0f - w[0]) * (j ? w[1] : 1.0f - w[1]);
+    const float weight = (i ? w[0] : 1.0f - w[0]) * (j ? w[1] : 1.0f - w[1]);
     const np_ground_light_value *near =
         &c->points[(size_t)(lower[1] + j) * (size_t)c->size[0] + (size_t)(lower[0] + i)];
-    out.open = np_spectrum_add_scaled(out.open, weight, near->open);
-    out.added = np_spectrum_add_scaled(out.added, weight, near->added);
-    for (int a = 0; a < 2; a++) out.linear[a] = np_spectrum_add_scaled(out.linear[a], weight, near->linear[a]);
+    out.open = np_spectrum_add_scaled(out.open, rim * weight, near->open);
+    out.added = np_spectrum_add_scaled(out.added, added * weight, near->added);
+    out.emitted = np_spectrum_add_scaled(out.emitted, added * weight, near->emitted);
+    for (int a = 0; a < 2; a++) out.linear[a] = np_spectrum_add_scaled(out.linear[a], added * weight, near->linear[a]);
   }
   return out;
 }

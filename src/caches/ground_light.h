@@ -2,9 +2,9 @@
 /* Light on the ground under clouds: their opacity to the sky, and the light that they scatter down.
  *
  * Found once at the points of a level grid over the clouds and around them, each at the ground's height, and
- * interpolated; towards the grid's rim it becomes that of a clear sky. Under clouds that repeat without end the grid
- * is that of one period. Depends on all that the multiple scattering
- * depends on, and on the ground's height; not on the camera.
+ * interpolated; towards the grid's rim it becomes that of a clear sky. The light of fires goes on beyond, as the
+ * inverse square of the distance. Under clouds that repeat without end the grid is that of one period. Depends on all
+ * that the multiple scattering depends on, and on the ground's height; not on the camera.
  */
 #ifndef NP_CACHES_GROUND_LIGHT_H
 #define NP_CACHES_GROUND_LIGHT_H
@@ -13,8 +13,9 @@
 
 /* Irradiance of level ground at one place from the irradiance E of a clear sky: `open`·E + `added`. */
 typedef struct np_ground_light_value {
-  np_spectrum open;      /* transmitted share of the sky's light */
-  np_spectrum added;     /* irradiance from the clouds, W m⁻² nm⁻¹ */
+  np_spectrum open;    /* transmitted share of the sky's light */
+  np_spectrum added;   /* irradiance from the clouds, W m⁻² nm⁻¹ */
+  np_spectrum emitted; /* irradiance from emission, not scattered, for the air's light: integrators sample their own */
   np_spectrum linear[2]; /* first moments ∫ L d dω along x and y of the clouds' light and of their change of the sky's,
                           W m⁻² nm⁻¹ */
 } np_ground_light_value;
@@ -26,6 +27,7 @@ np_spectrum np_ground_light_add_slope(const np_ground_light_value *value, np_vec
 typedef struct np_ground_light {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* points */
+  bool is_of_fire;
   double origin_m[2], spacing_m;
   double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
   np_ground_light_value *points; /* x fastest */

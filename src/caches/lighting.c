@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/lighting.h"
 
-/* Removes from in-scatter up to a distance the share shadowed by clouds and hills; `first` is its first order. Never
- * negative: tables of the whole and of the first order are interpolated separately. */
+/* Removes from in-scatter up to a distance the share shadowed by clouds and hills, and adds the clouds' light; `first`
+ * is its first order. Never negative: tables of the whole and of the first order are interpolated separately. */
 static np_spectrum shade(const np_air_shadow *shadow, const np_view_ray *view, double distance_m, np_spectrum light,
                          np_spectrum first) {
-  const np_spectrum lost = np_air_shadow_get_lost(shadow, view, distance_m);
-  for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = fmaxf(light.band[b] - lost.band[b] * first.band[b], 0.0f);
+  const np_air_change change = np_air_shadow_get(shadow, view, distance_m);
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    light.band[b] = fmaxf(light.band[b] - change.lost_share.band[b] * first.band[b] + change.added.band[b], 0.0f);
   return light;
 }
 

@@ -5,21 +5,32 @@
 
 #include "atmosphere/atmosphere_private.h"
 #include "atmosphere/sky_along.h"
+#include "caches/fire_rays.h"
 #include "core/alloc.h"
 #include "core/units.h"
 
-enum { DIRECTIONS = 64, POINTS_MAX = 14, STEPS_MAX = 64, TRIES = 4, LEVELS = NP_LIT_AIR_LEVELS };
+enum {
+  DIRECTIONS = 64,
+  TO_EMISSION = 16,
+  TO_BOX = 16,
+  POINTS_MAX = 14,
+  STEPS_MAX = 64,
+  TRIES = 4,
+  LEVELS = NP_LIT_AIR_LEVELS
+};
 
 /* Number of further orders of scattering in the air. In haze of optical depth 1 each order has about a third of the
  * light of the order before. */
 enum { PASSES = 3 };
 
 /* Distance from the clouds, in heights of their tops above the ground, beyond which the air is clear. */
-static const double reach_heights = 1.0;
+static const double reach_heights = 1.0, fire_reach_heights = 12.0;
 /* Steps through clouds, in voxels. */
 static const double step_voxels = 2.0;
 /* Part of the way to the rim over which the change fades out. */
 static const double rim_share = 0.15;
+/* Powers of the distance by which light of fires falls off beyond the lattice; 2: in vacuum, of a point. */
+static const float fall_min = 1.5f, fall_max = 5.0f;
 static const double clearance_m = 1.0; /* least height of places above the ground */
 
 /* Heights of the upper levels above the clouds' tops, in reaches. */
@@ -45,7 +56,9 @@ typedef struct air_fill {
 
 /* ---- The lattice ---- */
 
-double np_lit_air_get_reach(double height_m) { return reach_heights * fmax(height_m, 1.0); }
+double np_lit_air_get_reach(double height_m, bool is_of_fire) {
+  return (is_of_fire ? fire_reach_heights : reach_heights) * fmax(height_m, 1.0);
+}
 
 static void place_levels(np_lit_air *a, double ground, double top, double reach) {
   for (int k = 0; k < LEVELS; k++) {
@@ -58,7 +71,7 @@ static void place(const np_cloud_gather *g, np_lit_air *a) {
   const np_dvec3 low = g->bounds_min, high = g->bounds_max;
   const double middle[2] = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
   const double ground = fmin(np_cloud_gather_ground(g, middle[0], middle[1]).z, low.z);
-  const double reach = np_lit_air_get_reach(high.z - ground);
+  const double reach = np_lit_air_get_reach(high.z - ground, false);
   const double low_m[2] = {low.x, low.y};
   double width[2] = {high.x - low.x + 2.0 * reach, high.y - low.y + 2.0 * reach};
   for (int n = 0; n < 2; n++) {
@@ -83,7 +96,7 @@ static np_spectrum compute_ground_change(const air_fill *f, const np_ground_hit 
   const np_world *world = f->gather->world;
   const np_ground_light_value light = np_ground_light_get(f->ground_light, hit->position);
   const np_spectrum sky = np_world_level_irradiance(world, hit);
-  np_spectrum change = light.added;
+  np_spectrum change = np_spectrum_add(light.added, light.emitted);
   for (int b = 0; b < NP_BAND_COUNT; b++) change.band[b] -= (1.0f - light.open.band[b]) * sky.band[b];
   const float up = np_vec3_dot(np_zenith(hit->position, world->planet_radius_m), world->to_sun);
   const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
@@ -131,10 +144,37 @@ static np_dvec3 choose_origin(const air_fill *f, np_dvec3 point, int level, unsi
 /* Offset of a direction's steps and places. */
 static double get_shift(unsigned direction) { return fmod(0.5 + 0.6180339887498949 * direction, 1.0); }
 
+/* Light of burning clouds at a place: actinic flux, and the sum of its directions. */
+typedef struct fire_flux {
+  np_spectrum flux;
+  np_vec3 way;
+} fire_flux;
+
+static void add_fire(fire_flux *sum, np_vec3 towards, np_spectrum radiance) {
+  const np_spectrum flux = np_spectrum_scale(radiance, 4.0f * NP_PI_F / DIRECTIONS);
+  sum->flux = np_spectrum_add(sum->flux, flux);
+  sum->way = np_vec3_add(sum->way, np_vec3_scale(towards, np_spectrum_mean(flux)));
+}
+
+/* The beam is the share of the light that the mean of its directions has as length: 0 from all around. */
+static void set_beam(const fire_flux *fires, np_lit_air_value *out) {
+  const float all = np_spectrum_mean(fires->flux), share = all > 0.0f ? np_vec3_length(fires->way) / all : 0.0f;
+  out->beam = np_spectrum_scale(fires->flux, np_minf(share, 1.0f));
+  out->way = fires->way;
+}
+
+static np_fire_rays get_fire_rays(const air_fill *f) { return (np_fire_rays){f->gather, TO_EMISSION, TO_BOX}; }
+
+/* Weight of a direction's light beside the rays towards fires. */
+static float weigh(const air_fill *f, np_dvec3 position, np_vec3 towards) {
+  const np_fire_rays rays = get_fire_rays(f);
+  return np_fire_rays_weigh(&rays, position, towards, DIRECTIONS / (4.0 * NP_PI));
+}
+
 /* Change of the radiance along a direction by clouds and their shadows. Clouds and ground that the ray meets are
  * stored. */
 static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec3 point, int level,
-                                  np_gather_ray *out_ray) {
+                                  np_gather_ray *out_ray, fire_flux *fires) {
   const np_cloud_gather *g = f->gather;
   const even_direction *d = &f->directions[direction];
   const np_gather_air *air = &d->air[level];
@@ -146,9 +186,11 @@ static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec
       g, &d->gather, origin, &(np_cloud_steps){f->step_m, get_shift(direction), end_m, STEPS_MAX});
   *out_ray = (np_gather_ray){np_dvec3_to_float(np_dvec3_subtract(origin, point)), view.transmittance, view.middle_m,
                              (float)end_m};
+  const np_spectrum all = np_spectrum_add(view.light, view.emitted),
+                    light = np_spectrum_scale(np_gather_air_dim(air, out_ray, all), weigh(f, origin, towards));
+  add_fire(fires, towards, light);
   const np_spectrum change =
-      np_spectrum_add(np_gather_air_dim(air, out_ray, view.light),
-                      np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction)));
+      np_spectrum_add(light, np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction)));
   if (!isfinite(end_m)) return change;
   const np_gather_ray to_ground = {.cloud_m = (float)end_m};
   const np_spectrum ground = np_gather_air_dim(air, &to_ground, compute_ground_change(f, &hit));
@@ -159,6 +201,38 @@ static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec
 static void add_flux(np_lit_air_value *sum, np_vec3 towards, np_spectrum radiance) {
   np_spectrum *half = towards.z > 0.0f ? &sum->upper : &sum->lower;
   *half = np_spectrum_add_scaled(*half, 4.0f * NP_PI_F / DIRECTIONS, radiance);
+}
+
+/* Traces the i-th ray towards fires from a place; false past the last. */
+static bool trace_fire(const air_fill *f, np_dvec3 origin, unsigned i, np_vec3 *out_towards, np_spectrum *out_light) {
+  const np_cloud_gather *g = f->gather;
+  const np_fire_rays rays = get_fire_rays(f);
+  np_cloud_direction d;
+  np_ground_hit hit;
+  *out_light = np_spectrum_grey(0.0f);
+  if (!np_fire_rays_aim(&rays, origin, i, out_towards)) return false;
+  if (np_vec3_length(*out_towards) == 0.0f) return true;
+  np_cloud_gather_aim(g, *out_towards, &d);
+  const double end_m = np_cloud_gather_find_ground(g, origin, *out_towards, &hit);
+  const np_cloud_view view =
+      np_cloud_gather_follow(g, &d, origin, &(np_cloud_steps){f->step_m, get_shift(i), end_m, STEPS_MAX});
+  const np_spectrum passed = np_gather_air_estimate(g, origin, *out_towards, (double)view.middle_m);
+  *out_light = np_spectrum_multiply(passed, np_spectrum_add(view.light, view.emitted));
+  return true;
+}
+
+/* Adds the flux along the rays towards fires. */
+static void add_fires(const air_fill *f, np_dvec3 point, int level, np_lit_air_value *sum, fire_flux *fires) {
+  for (unsigned i = 0;; i++) {
+    const np_dvec3 origin = choose_origin(f, point, level, i);
+    np_vec3 towards;
+    np_spectrum light;
+    if (!trace_fire(f, origin, i, &towards, &light)) return;
+    if (np_spectrum_is_zero(light)) continue;
+    light = np_spectrum_scale(light, weigh(f, origin, towards));
+    add_flux(sum, towards, light);
+    add_fire(fires, towards, light);
+  }
 }
 
 /* Place of a point of the lattice. */
@@ -175,9 +249,15 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
   for (size_t n = begin; n < end; n++) {
     int level;
     const np_dvec3 point = get_point(f->out, n, &level);
-    np_lit_air_value sum = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
+    np_lit_air_value sum = {.way = {0}};
+    fire_flux fires = {.way = {0}};
     for (unsigned i = 0; i < DIRECTIONS; i++)
-      add_flux(&sum, f->directions[i].gather.towards, compute_change(f, i, point, level, &f->rays[n * DIRECTIONS + i]));
+      add_flux(&sum, f->directions[i].gather.towards,
+               compute_change(f, i, point, level, &f->rays[n * DIRECTIONS + i], &fires));
+    if (f->gather->world->emission) {
+      add_fires(f, point, level, &sum, &fires);
+      set_beam(&fires, &sum);
+    }
     f->first[n] = f->out->points[n] = sum;
   }
   return NEPH_OK;
@@ -235,6 +315,46 @@ static neph_result aim_directions(void *user, size_t begin, size_t end, unsigned
   return NEPH_OK;
 }
 
+/* ---- Beyond the lattice ---- */
+
+static np_dvec3 get_middle(const np_lit_air *a, double out_half_m[2]) {
+  for (int n = 0; n < 2; n++) out_half_m[n] = 0.5 * a->spacing_m * (a->size[n] - 1);
+  return np_dvec3_make(a->origin_m[0] + out_half_m[0], a->origin_m[1] + out_half_m[1], a->level_m[0]);
+}
+
+/* Actinic flux from fires at a place, by the rays towards them alone. */
+static np_spectrum gather_fires(const air_fill *f, np_dvec3 place) {
+  static const double even = 1e-6; /* rays per steradian of an even set: in effect none */
+  const np_fire_rays rays = get_fire_rays(f);
+  np_vec3 towards;
+  np_spectrum sum = np_spectrum_grey(0.0f), light;
+  for (unsigned i = 0; trace_fire(f, place, i, &towards, &light); i++)
+    if (!np_spectrum_is_zero(light))
+      sum = np_spectrum_add_scaled(sum, np_fire_rays_weigh(&rays, place, towards, even), light);
+  return sum;
+}
+
+/* Compares the light of fires on the lattice's four sides with that three times as far from its middle. */
+static void measure_fall(const air_fill *f) {
+  np_lit_air *a = f->out;
+  double half_m[2];
+  const np_dvec3 middle = get_middle(a, half_m);
+  np_spectrum near = np_spectrum_grey(0.0f), far = near;
+  for (int side = 0; side < 4; side++) {
+    const double away = side & 1 ? 1.0 : -1.0;
+    np_dvec3 on_rim = np_dvec3_make(0.0, 0.0, a->level_m[LEVELS - ABOVE] - a->level_m[0]);
+    *(side & 2 ? &on_rim.y : &on_rim.x) = away * half_m[side >> 1];
+    near = np_spectrum_add(near, gather_fires(f, np_dvec3_add(middle, on_rim)));
+    far = np_spectrum_add(far, gather_fires(f, np_dvec3_add(middle, np_dvec3_scale(on_rim, 3.0))));
+  }
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float ratio = far.band[b] > 0.0f ? near.band[b] / far.band[b] : 9.0f;
+    a->fall.band[b] = np_clampf(logf(ratio) / logf(3.0f), fall_min, fall_max);
+  }
+}
+
+/* ---- All of it ---- */
+
 static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *monitor) {
   const size_t count = count_points(f->out);
   np_monitor_set_stage(monitor, "lighting the air");
@@ -246,6 +366,7 @@ static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *m
     f->out->points = f->next;
     f->next = points;
   }
+  if (!result && f->out->is_of_fire) measure_fall(f);
   return result;
 }
 
@@ -253,6 +374,7 @@ neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gathe
                              np_monitor *monitor, np_lit_air *out) {
   *out = (np_lit_air){.context = context};
   place(gather, out);
+  out->is_of_fire = gather->world->emission && !(out->period_m[0] > 0.0 || out->period_m[1] > 0.0);
   const size_t count = count_points(out);
   air_fill f = {.gather = gather,
                 .ground_light = ground_light,
@@ -281,7 +403,10 @@ void np_lit_air_clear(np_lit_air *light) {
 /* ---- Copies on disk ---- */
 
 void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry) {
+  const uint64_t is_of_fire = light->is_of_fire;
   NP_CACHE_WRITE(entry, light->size);
+  NP_CACHE_WRITE(entry, is_of_fire);
+  NP_CACHE_WRITE(entry, light->fall);
   NP_CACHE_WRITE(entry, light->origin_m);
   NP_CACHE_WRITE(entry, light->spacing_m);
   NP_CACHE_WRITE(entry, light->period_m);
@@ -301,12 +426,16 @@ static bool is_sound(const np_lit_air *light) {
 }
 
 bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *out) {
+  uint64_t is_of_fire;
   *out = (np_lit_air){.context = context};
-  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, out->origin_m) ||
-      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) ||
-      !NP_CACHE_READ(entry, out->level_m))
+  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->fall) ||
+      !NP_CACHE_READ(entry, out->origin_m) || !NP_CACHE_READ(entry, out->spacing_m) ||
+      !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->level_m))
     return false;
-  if (!np_cache_read_check(entry, is_sound(out))) return false;
+  if (!np_cache_read_check(entry,
+                           is_of_fire <= 1 && np_cache_are_finite(out->fall.band, NP_BAND_COUNT) && is_sound(out)))
+    return false;
+  out->is_of_fire = is_of_fire;
   out->points = np_cache_read_block(entry, count_points(out), sizeof *out->points);
   return out->points;
 }
@@ -332,12 +461,30 @@ static int locate_level(const np_lit_air *a, double z, float *out_part) {
   return level;
 }
 
+/* Moves a position beyond the lattice onto its rim. Returns the share that is left of a fire's light there. */
+static np_spectrum approach(const np_lit_air *a, np_dvec3 *position) {
+  double half_m[2];
+  const np_dvec3 middle = get_middle(a, half_m);
+  const np_dvec3 away = np_dvec3_subtract(*position, middle);
+  const np_dvec3 on_rim =
+      np_dvec3_make(np_clamp(away.x, -half_m[0], half_m[0]), np_clamp(away.y, -half_m[1], half_m[1]),
+                    np_clamp(away.z, 0.0, a->level_m[LEVELS - 1] - a->level_m[0]));
+  *position = np_dvec3_add(middle, on_rim);
+  const double near2 = np_dvec3_dot(on_rim, on_rim), far2 = np_dvec3_dot(away, away);
+  np_spectrum left = np_spectrum_grey(1.0f);
+  for (int b = 0; b < NP_BAND_COUNT && far2 > near2; b++)
+    left.band[b] = powf((float)(near2 / far2), 0.5f * a->fall.band[b]);
+  return left;
+}
+
 np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {
   int32_t lower[2];
   float w[3];
-  const float rim = locate(a, 0, position.x, &lower[0], &w[0]) * locate(a, 1, position.y, &lower[1], &w[1]);
+  const np_spectrum left = a->is_of_fire ? approach(a, &position) : np_spectrum_grey(1.0f);
+  float rim = locate(a, 0, position.x, &lower[0], &w[0]) * locate(a, 1, position.y, &lower[1], &w[1]);
+  if (a->is_of_fire) rim = 1.0f;
   const int level = locate_level(a, position.z, &w[2]);
-  np_lit_air_value out = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
+  np_lit_air_value out = {.way = {0}};
   for (int corner = 0; corner < 8 && rim > 0.0f; corner++) {
     const int n[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
     float weight = rim;
@@ -346,6 +493,10 @@ np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {
     const np_lit_air_value *near = &a->points[row * (size_t)a->size[0] + (size_t)(lower[0] + n[0])];
     out.upper = np_spectrum_add_scaled(out.upper, weight, near->upper);
     out.lower = np_spectrum_add_scaled(out.lower, weight, near->lower);
+    out.beam = np_spectrum_add_scaled(out.beam, weight, near->beam);
+    out.way = np_vec3_add(out.way, np_vec3_scale(near->way, weight));
   }
-  return out;
+  if (!a->is_of_fire) return out;
+  return (np_lit_air_value){np_spectrum_multiply(left, out.upper), np_spectrum_multiply(left, out.lower),
+                            np_spectrum_multiply(left, out.beam), out.way};
 }

@@ -3,7 +3,8 @@
  *
  * Kept at the points of a lattice over the clouds and around them, from the ground to above their tops, as the change
  * of the actinic flux ∫ L dω from above and from below against clear air. It is a mean over the lattice's cells outside
- * of the clouds, interpolated, and fades out towards the sides; between clouds that repeat without end it repeats.
+ * of the clouds, interpolated, and fades out towards the sides; between clouds that repeat without end it repeats. The
+ * light of fires goes on beyond, as a power of the distance.
  * Depends on what the multiple scattering depends on and on the ground; not on the camera.
  */
 #ifndef NP_CACHES_LIT_AIR_H
@@ -16,6 +17,8 @@
 typedef struct np_lit_air_value {
   np_spectrum upper; /* hidden sky, and light that clouds scatter down */
   np_spectrum lower; /* hidden ground, light that clouds scatter up, and the ground's loss or gain of light */
+  np_spectrum beam;  /* the part of both that comes from burning clouds in about one direction */
+  np_vec3 way;       /* towards them, of any length; 0: there is no beam */
 } np_lit_air_value;
 
 enum { NP_LIT_AIR_LEVELS = 9 };
@@ -23,6 +26,8 @@ enum { NP_LIT_AIR_LEVELS = 9 };
 typedef struct np_lit_air {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* points of a level */
+  bool is_of_fire;
+  np_spectrum fall; /* a fire's light falls off as the distance to the power of −fall beyond the lattice */
   double origin_m[2], spacing_m;
   double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
   double level_m[NP_LIT_AIR_LEVELS]; /* heights, ascending */
@@ -45,6 +50,6 @@ np_spectrum np_lit_air_along(const np_lit_air *light, const np_gather_air *air, 
                              const np_gather_ray *ray, double offset);
 
 /* Distance from clouds whose tops are at a height above the ground beyond which their light on the air is left out. */
-double np_lit_air_get_reach(double height_m);
+double np_lit_air_get_reach(double height_m, bool is_of_fire);
 
 #endif

@@ -86,6 +86,10 @@ void np_stage_choose_air_shadows(np_decision *d, np_stage_decision *out) {
     np_stage_decide(d, out, true, "where the sun stands is not known yet: clouds or hills may shade the air");
     return;
   }
+  if (made->emission_count > 0) {
+    np_stage_decide(d, out, true, "fires light the air");
+    return;
+  }
   const double up = made->has_sun ? made->lights.to_sun.z : made->lights.moon.direction.z;
   const double elevation = asin(fmin(fmax(up, -1.0), 1.0));
   if (elevation < elevation_least_rad) {

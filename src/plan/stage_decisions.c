@@ -82,10 +82,12 @@ static const char *get_airless(const np_decision *d) {
   return d->facts->has_planet ? "atmosphere.preset is none" : "environment.planet is none";
 }
 
-/* Why no sky shines; NULL: one does. */
+/* Why no air shines; NULL: it does. The march has the light of fires in the air from tables, even where those of the
+ * sun are dark. */
 static const char *get_skyless(const np_decision *d) {
   const char *airless = get_airless(d);
-  return airless || d->facts->has_sun || d->facts->has_moon ? airless : d->facts->no_sun;
+  const bool is_lit_by_fire = d->facts->has_emission && !is_path(d);
+  return airless || d->facts->has_sun || d->facts->has_moon || is_lit_by_fire ? airless : d->facts->no_sun;
 }
 
 static const char traced[] = "render.atmosphere is traced: paths go through the air";

@@ -303,7 +303,9 @@ static np_air_casters get_casters(const np_air_shadows_inputs *in) {
     for (unsigned i = 0; i < in->clouds->count; i++)
       if (np_cloud_parts_are_endless(&in->clouds->at[i]))
         extend(&casters.low[casters.count], &casters.high[casters.count]);
-    const double reach_m = np_lit_air_get_reach(in->clouds->high.z);
+    const bool is_fire = in->plan->decisions.emission_count > 0;
+    const double reach_m = np_lit_air_get_reach(in->clouds->high.z, is_fire);
+    casters.is_lit_by_fire = is_fire;
     casters.has_lit = in->cloud_light;
     casters.lit_low = np_dvec3_subtract(casters.low[0], np_dvec3_make(reach_m, reach_m, INFINITY));
     casters.lit_high = np_dvec3_add(casters.high[0], np_dvec3_make(reach_m, reach_m, reach_m));

@@ -200,7 +200,9 @@ static bool is_same_place(const neph_sky_desc *a, const neph_sky_desc *b) {
 static neph_result make_sky_key(const np_stage_part *in, const np_picture_lights *lights, const np_light_beam *beam,
                                 np_dvec3 observer, const neph_atmosphere *atmosphere, void **out_key) {
   const bool is_beam = lights->has_groups && beam->group == NP_LIGHT_GROUP_SUN;
-  if (np_spectrum_is_zero(beam->irradiance) || is_beam) return NEPH_OK;
+  const bool is_of_fire =
+      in->plan->decisions.emission_count > 0 && (!lights->has_groups || beam->group >= NP_LIGHT_GROUP_EMISSION);
+  if ((np_spectrum_is_zero(beam->irradiance) && !is_of_fire) || is_beam) return NEPH_OK;
   sky_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_sky_desc *desc = &key->desc;

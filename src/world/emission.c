@@ -13,6 +13,13 @@ static np_spectrum eval_emitter(const np_emission *emission, const np_emitter *e
   return np_emitter_eval(emission, emitter, position, value);
 }
 
+np_spectrum np_emission_eval(const np_emission *emission, np_dvec3 position) {
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (unsigned g = 0; g < emission->emitter_count; g++)
+    sum = np_spectrum_add(sum, eval_emitter(emission, &emission->emitters[g], position));
+  return sum;
+}
+
 static int count_points(const np_emitter *emitter, np_vec3 edge) {
   const np_dvec3 voxels = np_affine_vector(&emitter->world_to_index, np_vec3_to_double(edge));
   return (int)np_clamp(ceil(2.0 * np_dvec3_length(voxels) - 0.01), 1.0, 6.0);

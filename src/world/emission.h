@@ -85,6 +85,9 @@ static inline np_spectrum np_emitter_eval(const np_emission *emission, const np_
   return np_spectrum_scale(np_spectrum_multiply(emitter->absorption_per_value, body), value);
 }
 
+/* j of all emitters at a position. */
+np_spectrum np_emission_eval(const np_emission *emission, np_dvec3 position);
+
 /* Mean of j over a box of the world, by the midpoint rule, two points to a voxel and six at most along each axis. */
 np_spectrum np_emission_average(const np_emission *emission, np_dvec3 low, np_dvec3 size);
 
