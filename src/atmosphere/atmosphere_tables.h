@@ -53,10 +53,13 @@ typedef struct np_sky_frame {
   float twilight;  /* 1, fading to 0 as the sun sinks far below the horizon */
 } np_sky_frame;
 
+enum { NP_SKY_PART_RULES = 6 };
+
 struct neph_sky {
   neph_atmosphere *atmosphere;
-  np_monitor *monitor;   /* set while the tables are built; may be NULL */
-  np_path_rule ray_rule; /* rule of a view row, for rays from other positions */
+  np_monitor *monitor;                         /* set while the tables are built; may be NULL */
+  np_path_rule ray_rule;                       /* rule of a view row, for rays from other positions */
+  np_quadrature part_rules[NP_SKY_PART_RULES]; /* rules of ascending counts, for parts of such rays */
   np_spectrum irradiance;
   np_vec3 sun;
   float sun_angular_radius;

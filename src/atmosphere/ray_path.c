@@ -30,13 +30,14 @@ static int place_squared(const np_medium *medium, const np_ray *ray, np_path *pa
   return at + rule->count;
 }
 
-static int place_evenly(const np_medium *medium, const np_ray *ray, np_path *path, const np_quadrature *plain) {
-  const double length = ray->length_m;
+static int place_evenly(const np_medium *medium, const np_ray *ray, np_path *path, double begin_m, double end_m,
+                        const np_quadrature *plain) {
+  const double length = end_m - begin_m;
   np_quadrature warped;
-  if (path->is_warped) warped = np_warp_rule(medium, ray, 0.0, length, 1, plain);
+  if (path->is_warped) warped = np_warp_rule(medium, ray, begin_m, end_m, 1, plain);
   const np_quadrature *rule = path->is_warped ? &warped : plain;
   for (int i = 0; i < rule->count; i++) {
-    path->node[i].t = length * rule->x[i];
+    path->node[i].t = begin_m + length * rule->x[i];
     path->node[i].weight_m = (float)(length * rule->weight[i]);
   }
   return rule->count;
@@ -46,7 +47,8 @@ static int place_nodes(const np_medium *medium, const np_ray *ray, const np_path
   if (!(ray->length_m > 0.0)) return 0;
   path->is_warped = np_warp_is_needed(medium);
   if (ray->hits_ground) {
-    if (ray->altitude_m < ground_plain_below * medium->top_m) return place_evenly(medium, ray, path, &rule->whole);
+    if (ray->altitude_m < ground_plain_below * medium->top_m)
+      return place_evenly(medium, ray, path, 0.0, ray->length_m, &rule->whole);
     return place_squared(medium, ray, path, 0, &rule->whole, ray->length_m, 0.0);
   }
   if (ray->cosine < limb_cosine && ray->altitude_m > limb_plain_below * medium->top_m) {
@@ -76,13 +78,13 @@ static np_bands compute_gap(const np_medium *medium, const np_ray *ray, const np
                          : np_ray_gap_depth(medium, ray, begin_m, end_m);
 }
 
-void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *out_path) {
-  out_path->count = place_nodes(medium, ray, rule, out_path);
-  np_bands depth = np_bands_grey(0.0f);
-  double before = 0.0;
-  for (int i = 0; i < out_path->count; i++) {
-    np_path_node *node = &out_path->node[i];
-    depth += compute_gap(medium, ray, out_path, before, node->t);
+/* Fills the placed points of a part of a ray, `depth` being that up to its begin; returns the depth up to its end. */
+static np_bands fill_points(const np_medium *medium, const np_ray *ray, double begin_m, double end_m, np_bands depth,
+                            np_path *path) {
+  double before = begin_m;
+  for (int i = 0; i < path->count; i++) {
+    np_path_node *node = &path->node[i];
+    depth += compute_gap(medium, ray, path, before, node->t);
     before = node->t;
     const double altitude = np_ray_altitude(ray, node->t);
     node->altitude_m = (float)altitude;
@@ -91,6 +93,19 @@ void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rul
     np_scattering_at(medium, altitude, &node->air);
     node->transmittance = np_bands_exp(-depth);
   }
-  if (out_path->count) depth += compute_gap(medium, ray, out_path, before, ray->length_m);
-  out_path->end_transmittance = np_bands_exp(-depth);
+  if (path->count) depth += compute_gap(medium, ray, path, before, end_m);
+  path->end_transmittance = np_bands_exp(-depth);
+  return depth;
+}
+
+void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *out_path) {
+  out_path->count = place_nodes(medium, ray, rule, out_path);
+  (void)fill_points(medium, ray, 0.0, ray->length_m, np_bands_grey(0.0f), out_path);
+}
+
+void np_path_build_part(const np_medium *medium, const np_ray *ray, double begin_m, double end_m,
+                        const np_quadrature *rule, np_bands *depth, np_path *out_path) {
+  out_path->is_warped = np_warp_is_needed(medium);
+  out_path->count = place_evenly(medium, ray, out_path, begin_m, end_m, rule);
+  *depth = fill_points(medium, ray, begin_m, end_m, *depth, out_path);
 }

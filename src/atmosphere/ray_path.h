@@ -40,6 +40,11 @@ typedef struct np_path {
 
 void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *out_path);
 
+/* Builds the path of a part of a ray, with points that lie evenly in it. `*depth` is the optical depth up to its begin,
+ * and becomes that up to its end. */
+void np_path_build_part(const np_medium *medium, const np_ray *ray, double begin_m, double end_m,
+                        const np_quadrature *rule, np_bands *depth, np_path *out_path);
+
 /* Optical depth between two points: two-point Gauss rules over short steps. */
 np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m);
 

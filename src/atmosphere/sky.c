@@ -74,6 +74,9 @@ static void set_light(neph_sky *sky, const neph_sky_desc *d) {
   sky->frame = make_frame(&sky->atmosphere->medium, sky->observer, sun);
 }
 
+/* Points of the rules for parts of a ray (sky_along.c). */
+static const int part_counts[NP_SKY_PART_RULES] = {4, 6, 8, 10, 12, 16};
+
 neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {
   if (NP_LACKS_OUT(NP_CONTEXT_OF(atmosphere), out_sky)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_sky_create_monitored(atmosphere, desc, NULL, out_sky);
@@ -93,6 +96,7 @@ neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_
   sky->atmosphere = neph_atmosphere_retain(atmosphere);
   sky->monitor = monitor;
   sky->ray_rule = np_path_rule_make(atmosphere->sizes.view.points);
+  for (int i = 0; i < NP_SKY_PART_RULES; i++) sky->part_rules[i] = np_quadrature_gauss(part_counts[i]);
   set_light(sky, &read);
   sky->built = sky->frame;
   sky->built_angular_radius = sky->sun_angular_radius;

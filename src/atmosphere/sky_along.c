@@ -2,6 +2,7 @@
 #include "atmosphere/sky_along.h"
 
 #include "atmosphere/atmosphere_tables.h"
+#include "atmosphere/ray_warp.h"
 
 /* Cosine of the sun's zenith angle at a ray's entry into the air. */
 static float compute_entry_sun(const neph_sky *sky, const np_ray *ray, np_dvec3 up, double altitude_m, double angle) {
@@ -10,77 +11,138 @@ static float compute_entry_sun(const neph_sky *sky, const np_ray *ray, np_dvec3 
   return (float)np_clamp((r * cosine + ray->offset_m * angle) / ray->r, -1.0, 1.0);
 }
 
-/* A ray from a place, and its path through the air up to a distance. */
+/* Height over which haze thins by a factor e, in heights of the atmosphere: 1.2 km on the Earth. */
+static const double haze_height = 0.012;
+
+/* Rule for a part of a ray, by how much the air along it changes: 4 points, and one more for every two e-foldings of
+ * density or transmittance. By day it errs by less than 2e-4 (`test_sky_along`). NULL: no rule for
+ * parts suffices, or the air has thin layers. */
+static const np_quadrature *choose_rule(const neph_sky *sky, const np_ray *ray, double begin_m, double end_m) {
+  const np_medium *medium = &sky->atmosphere->medium;
+  const double perigee = np_clamp(np_ray_perigee(ray), begin_m, end_m);
+  const double begin = np_ray_altitude(ray, begin_m), end = np_ray_altitude(ray, end_m),
+               low = np_ray_altitude(ray, perigee);
+  const np_spectrum densest = np_bands_to_spectrum(np_extinction_at(medium, low));
+  const double change =
+      (fmax(begin, end) - low) / (haze_height * medium->top_m) + (double)np_spectrum_max(densest) * (end_m - begin_m);
+  for (int i = 0; i < NP_SKY_PART_RULES && !np_warp_is_needed(medium); i++) {
+    const np_quadrature *rule = &sky->part_rules[i];
+    if (rule->count >= 4.0 + 0.5 * change && rule->count < sky->ray_rule.whole.count) return rule;
+  }
+  return NULL;
+}
+
+/* A ray from a place up to a distance. */
 typedef struct placed_ray {
   np_ray ray;
-  np_path path; /* no points where the ray misses the air */
-  float sun;    /* cosine of the sun's zenith angle at its entry */
+  bool is_cut; /* it ends within the air and above the ground */
+  float sun;   /* cosine of the sun's zenith angle at its entry */
 } placed_ray;
 
-static void start_ray(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m, placed_ray *out) {
+/* False where the ray misses the air. */
+static bool start_ray(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m, placed_ray *out) {
   const np_medium *medium = &sky->atmosphere->medium;
   const double altitude = fmax(np_altitude(origin, medium->planet_radius_m), 0.0);
   const np_dvec3 up = np_dvec3_zenith(origin, medium->planet_radius_m);
   out->ray = np_ray_make(medium, altitude, np_dvec3_dot(up, np_vec3_to_double(direction)));
-  out->path.count = 0;
   const double end = distance_m - out->ray.offset_m;
-  if (end < out->ray.length_m) {
+  out->is_cut = end < out->ray.length_m;
+  if (out->is_cut) {
     out->ray.length_m = fmax(end, 0.0);
     out->ray.hits_ground = false;
   }
-  if (!(out->ray.length_m > 0.0)) return;
-  np_path_build(medium, &out->ray, &sky->ray_rule, &out->path);
   const double cosine = np_dvec3_dot(np_vec3_to_double(direction), np_vec3_to_double(sky->sun));
-  out->sun = compute_entry_sun(sky, &out->ray, up, altitude, cosine);
+  if (out->ray.length_m > 0.0) out->sun = compute_entry_sun(sky, &out->ray, up, altitude, cosine);
+  return out->ray.length_m > 0.0;
 }
 
-/* In-scatter along a ray, of the requested orders of scattering. */
-static np_spectrum trace(const neph_sky *sky, const np_sky_light *light, const placed_ray *a, np_vec3 direction) {
-  const float versine = np_vec3_versine(direction, sky->sun);
-  const np_fan fan = np_fan_make_single(&a->ray, a->sun, 1.0f - versine);
-  np_scattered s;
-  np_sky_trace(light, &fan, &a->ray, &a->path, false, &s);
-  const np_bands sum = sky->frame.twilight * (s.smooth + np_aerosol_phase(&sky->atmosphere->medium, versine) * s.peak);
-  return np_spectrum_multiply(np_bands_to_spectrum(sum), sky->irradiance);
+static void build_path(const neph_sky *sky, const placed_ray *a, np_path *out) {
+  const np_medium *medium = &sky->atmosphere->medium;
+  const np_quadrature *rule = a->is_cut ? choose_rule(sky, &a->ray, 0.0, a->ray.length_m) : NULL;
+  np_bands depth = np_bands_grey(0.0f);
+  if (rule)
+    np_path_build_part(medium, &a->ray, 0.0, a->ray.length_m, rule, &depth, out);
+  else
+    np_path_build(medium, &a->ray, &sky->ray_rule, out);
+}
+
+/* In-scatter of a fan of one ray, per unit of solar irradiance. */
+static np_spectrum sum_scattered(const neph_sky *sky, np_vec3 direction, np_bands smooth, np_bands peak) {
+  const np_bands phase = np_aerosol_phase(&sky->atmosphere->medium, np_vec3_versine(direction, sky->sun));
+  return np_spectrum_multiply(np_bands_to_spectrum(sky->frame.twilight * (smooth + phase * peak)), sky->irradiance);
+}
+
+static np_fan make_fan(const neph_sky *sky, const placed_ray *a, np_vec3 direction) {
+  return np_fan_make_single(&a->ray, a->sun, 1.0f - np_vec3_versine(direction, sky->sun));
 }
 
 np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m) {
   np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   placed_ray a;
-  start_ray(sky, origin, direction, distance_m, &a);
-  if (!a.path.count) return air;
-  air.transmittance = np_bands_to_spectrum(a.path.end_transmittance);
+  np_path path;
+  if (!start_ray(sky, origin, direction, distance_m, &a)) return air;
+  build_path(sky, &a, &path);
+  air.transmittance = np_bands_to_spectrum(path.end_transmittance);
   if (!sky->view) return air;
   const np_sky_light light = np_sky_light_make(sky);
-  air.inscatter = trace(sky, &light, &a, direction);
+  const np_fan fan = make_fan(sky, &a, direction);
+  np_scattered s;
+  np_sky_trace(&light, &fan, &a.ray, &path, false, &s);
+  air.inscatter = sum_scattered(sky, direction, s.smooth, s.peak);
   return air;
 }
 
-np_air_parts np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m,
-                                const np_hemisphere_shares *shares) {
-  const np_medium *medium = &sky->atmosphere->medium;
-  np_air_parts out = {.transmittance = np_spectrum_grey(1.0f)};
-  placed_ray a;
-  start_ray(sky, origin, direction, distance_m, &a);
-  if (!a.path.count) return out;
-  out.transmittance = np_bands_to_spectrum(a.path.end_transmittance);
-  np_bands molecules = np_bands_grey(0.0f), aerosols = molecules;
-  for (int k = 0; k < a.path.count; k++) {
-    const np_path_node *n = &a.path.node[k];
+/* Sums along a ray. */
+typedef struct part_sums {
+  np_bands molecules, aerosols; /* scattering seen from the ray's start, over 2π */
+  np_scattered first, later;
+} part_sums;
+
+static void add_even(const np_medium *medium, const np_path *path, part_sums *sums) {
+  for (int k = 0; k < path->count; k++) {
+    const np_path_node *n = &path->node[k];
     const np_bands seen = n->weight_m / (2.0f * NP_PI_F) * n->transmittance;
-    molecules += seen * n->air.rayleigh;
-    aerosols += seen * np_aerosol_sum(medium, &n->air, 0);
+    sums->molecules += seen * n->air.rayleigh;
+    sums->aerosols += seen * np_aerosol_sum(medium, &n->air, 0);
   }
-  const np_spectrum even = np_spectrum_scale(np_bands_to_spectrum(molecules), 0.5f);
-  out.upper = np_spectrum_add(even, np_spectrum_multiply(shares->upper, np_bands_to_spectrum(aerosols)));
-  out.lower = np_spectrum_add(even, np_spectrum_multiply(shares->lower, np_bands_to_spectrum(aerosols)));
-  if (!sky->view) return out;
-  np_sky_light light = np_sky_light_make(sky);
-  out.all = trace(sky, &light, &a, direction);
-  light.moments = NULL;
-  light.gather = NULL;
-  out.first = trace(sky, &light, &a, direction);
+}
+
+/* The aerosol's source cut after degree 2 may be negative where the sky is darkest. */
+static np_air_parts finish_parts(const neph_sky *sky, np_vec3 direction, const np_hemisphere_shares *shares,
+                                 const part_sums *sums, np_bands transmittance) {
+  const np_spectrum even = np_spectrum_scale(np_bands_to_spectrum(sums->molecules), 0.5f);
+  const np_spectrum aerosols = np_bands_to_spectrum(sums->aerosols);
+  np_air_parts out = {.transmittance = np_bands_to_spectrum(transmittance),
+                      .upper = np_spectrum_add(even, np_spectrum_multiply(shares->upper, aerosols)),
+                      .lower = np_spectrum_add(even, np_spectrum_multiply(shares->lower, aerosols))};
+  const np_bands smooth = np_bands_max(sums->first.smooth + sums->later.smooth, np_bands_grey(0.0f));
+  out.all = sum_scattered(sky, direction, smooth, sums->first.peak);
+  out.first = sum_scattered(sky, direction, sums->first.smooth, sums->first.peak);
   return out;
+}
+
+void np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, const double *distances_m, int count,
+                        const np_hemisphere_shares *shares, np_air_parts *out) {
+  const np_medium *medium = &sky->atmosphere->medium;
+  placed_ray a;
+  np_path path = {.end_transmittance = np_bands_grey(1.0f)};
+  part_sums sums = {.molecules = np_bands_grey(0.0f)};
+  np_bands depth = np_bands_grey(0.0f);
+  const bool has_air = start_ray(sky, origin, direction, distances_m[count - 1], &a);
+  const np_sky_light light = np_sky_light_make(sky);
+  const np_fan fan = has_air ? make_fan(sky, &a, direction) : (np_fan){.count = 0};
+  double begin = 0.0;
+  for (int i = 0; i < count; i++) {
+    const double end = has_air ? fmin(distances_m[i] - a.ray.offset_m, a.ray.length_m) : 0.0;
+    if (end > begin) {
+      const np_quadrature *rule = choose_rule(sky, &a.ray, begin, end);
+      np_path_build_part(medium, &a.ray, begin, end, rule ? rule : &sky->ray_rule.whole, &depth, &path);
+      add_even(medium, &path, &sums);
+      if (sky->view) np_sky_add_orders(&light, &fan, &path, &sums.first, &sums.later);
+      begin = end;
+    }
+    out[i] = finish_parts(sky, direction, shares, &sums, path.end_transmittance);
+  }
 }
 
 np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m) {

@@ -6,7 +6,8 @@
 #include "atmosphere/atmosphere_private.h"
 
 /* In-scatter and transmittance from a point up to a distance, which may be infinite. They are integrated from the
- * sources behind the sky's tables, with as many points as a row of its view; takes some microseconds. */
+ * sources behind the sky's tables, with as many points as a row of its view, or fewer up to a near end; takes a
+ * microsecond or some. */
 np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m);
 
 /* Light of the air along a ray. */
@@ -17,9 +18,9 @@ typedef struct np_air_parts {
                                all its directions, 1/sr: ∫ T·σ·share/2π dt */
 } np_air_parts;
 
-/* The parts of np_sky_trace's result, in twice the time. */
-np_air_parts np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m,
-                                const np_hemisphere_shares *shares);
+/* The parts of the light up to each of `count` ascending distances. */
+void np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, const double *distances_m, int count,
+                        const np_hemisphere_shares *shares, np_air_parts *out);
 
 /* Transmittance of a length of the air at its middle. */
 np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m);

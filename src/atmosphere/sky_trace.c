@@ -63,6 +63,18 @@ void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np
   if (light->moments) add_later_orders(light, fan, at, weight, &point, sums);
 }
 
+void np_sky_add_orders(const np_sky_light *light, const np_fan *fan, const np_path *path, np_scattered *first,
+                       np_scattered *later) {
+  for (int i = 0; i < path->count; i++) {
+    const np_path_node *node = &path->node[i];
+    const np_bands weight = node->weight_m * node->transmittance;
+    np_fan_point point;
+    light->kernels->compute_sun_cosines(fan, (float)node->t, node->r, &point);
+    add_first_order(light, fan, node, weight, &point, first, NULL);
+    if (light->moments) add_later_orders(light, fan, node, weight, &point, later);
+  }
+}
+
 void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ray, const np_path *path, bool has_ground,
                   np_scattered *out) {
   memset(out, 0, (size_t)fan->count * sizeof *out);

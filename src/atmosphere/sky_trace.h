@@ -31,6 +31,10 @@ typedef struct np_scattered {
 void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
                           np_scattered *sums, np_bands *molecules);
 
+/* Adds the in-scatter along a path to each ray of a fan: of the first order, and of all later ones. */
+void np_sky_add_orders(const np_sky_light *light, const np_fan *fan, const np_path *path, np_scattered *first,
+                       np_scattered *later);
+
 /* Integrates along the rays of a fan with the path of `ray`. `has_ground` includes sunlight and skylight reflected by
  * the ground at the end. */
 void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ray, const np_path *path, bool has_ground,

@@ -28,10 +28,13 @@ void np_gather_air_trace(const np_cloud_gather *g, np_dvec3 from, np_vec3 toward
   const bool has_hit = np_world_intersect_ground(world, from, towards, &hit);
   np_hemisphere_shares shares = {none.first, none.first};
   if (sky) shares = np_sky_compute_hemisphere_shares(sky, towards);
-  for (int c = 0; c <= CELLS; c++) {
-    const double end = has_hit ? fmin(compute_cell_end(c), hit.distance_m) : compute_cell_end(c);
-    out->up_to[c] = sky && c > 0 ? np_sky_trace_parts(sky, from, towards, end, &shares) : none;
+  double ends[CELLS];
+  for (int c = 0; c < CELLS; c++) {
+    ends[c] = has_hit ? fmin(compute_cell_end(c + 1), hit.distance_m) : compute_cell_end(c + 1);
+    out->up_to[c + 1] = none;
   }
+  out->up_to[0] = none;
+  if (sky) np_sky_trace_parts(sky, from, towards, ends, CELLS, &shares, &out->up_to[1]);
   if (!has_hit) {
     const np_spectrum whole = sky ? np_sky_trace_air(sky, from, towards, INFINITY).inscatter : none.all;
     out->clear = np_world_add_beyond(world, from, towards, whole);

@@ -25,8 +25,11 @@ static np_dvec3 get_middle(const np_transport_grid *g, double height_m) {
 /* Light that a layer scatters to either side out of the sun's, over the sun's irradiance, 1/sr. */
 static np_air_parts trace_layer(const np_transport_grid *g, const np_world *world, double low_m, double high_m,
                                 const np_hemisphere_shares *shares) {
-  return np_sky_trace_parts(world->cloud_sky, get_middle(g, low_m), np_vec3_make(0.0f, 0.0f, 1.0f), high_m - low_m,
-                            shares);
+  const double height_m = high_m - low_m;
+  np_air_parts out;
+  np_sky_trace_parts(world->cloud_sky, get_middle(g, low_m), np_vec3_make(0.0f, 0.0f, 1.0f), &height_m, 1, shares,
+                     &out);
+  return out;
 }
 
 /* The share of sunlight that aerosols scatter down is that of light from an even upper hemisphere which they scatter
