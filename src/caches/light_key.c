@@ -101,9 +101,9 @@ static neph_result compute_surroundings(neph_context *context, const np_world *w
   np_ordinates *ordinates = np_alloc(context, 1, sizeof *ordinates);
   if (!ordinates) return NEPH_ERROR_OUT_OF_MEMORY;
   np_ordinates_init(NP_DEGREE_MIN, false, ordinates);
-  np_boundary_radiance_fill(world, depths, cells, ordinates, out);
+  const neph_result result = np_boundary_radiance_fill(context, world, depths, cells, ordinates, out);
   np_alloc_free(context, ordinates);
-  return NEPH_OK;
+  return result;
 }
 
 static void compute_sunlight(const np_world *world, const np_transport_desc *cells, np_light_key *key) {

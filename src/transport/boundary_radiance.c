@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "core/alloc.h"
+#include "core/parallel.h"
 #include "core/stable.h"
 #include "core/units.h"
 
@@ -65,21 +67,29 @@ np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_opt
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 
-/* Sums by ordinate. */
+/* A direction, the ordinate nearest to it, and its radiance. */
+typedef struct boundary_sample {
+  np_vec3 towards;
+  unsigned ordinate;
+  np_spectrum radiance;
+} boundary_sample;
+
 typedef struct boundary_samples {
   const np_world *world;
   const np_sun_optical_depth_source *depths;
   np_dvec3 low, size; /* box of the clouds */
-  unsigned taken, counts[ALL];
+  unsigned count;
+  boundary_sample *at;
+  unsigned counts[ALL]; /* sums by ordinate */
   double sums[NP_BAND_COUNT][ALL];
 } boundary_samples;
 
 static const double clearance_m = 1.0; /* above ground, of places that hills would bury */
 
-/* The next of the places spread over the middle plane of the clouds' box, lifted out of hills: from within a hill, all
- * directions but the steepest would see its dark inside. */
-static np_dvec3 choose_place(const boundary_samples *o) {
-  const double u = fmod(0.7548776662466927 * o->taken, 1.0), v = fmod(0.5698402909980532 * o->taken, 1.0);
+/* Chooses among the places spread over the middle plane of the clouds' box, lifted out of hills: from within a hill,
+ * all directions but the steepest would see its dark inside. */
+static np_dvec3 choose_place(const boundary_samples *o, size_t sample) {
+  const double u = fmod(0.7548776662466927 * (double)sample, 1.0), v = fmod(0.5698402909980532 * (double)sample, 1.0);
   np_dvec3 place = np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
   const double top = fmax(o->world->terrain_max.z, place.z) + clearance_m;
   np_ground_hit hit;
@@ -89,32 +99,43 @@ static np_dvec3 choose_place(const boundary_samples *o) {
   return place;
 }
 
-static void sample_radiance(boundary_samples *o, np_vec3 towards, unsigned ordinate) {
-  const np_dvec3 position = choose_place(o);
-  const np_spectrum radiance = np_boundary_radiance_compute(o->world, o->depths, position, towards);
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) o->sums[b][ordinate] += (double)radiance.band[b];
-  o->counts[ordinate]++;
-  o->taken++;
+static void add_sample(boundary_samples *o, np_vec3 towards, unsigned ordinate) {
+  o->at[o->count++] = (boundary_sample){.towards = towards, .ordinate = ordinate};
 }
 
-/* Samples directions that cover the sphere evenly, each for its nearest ordinate. */
-static void sample_sphere(boundary_samples *o, const np_ordinates *ordinates) {
-  const unsigned count = SAMPLES_PER_ORDINATE * NP_OCTANT_COUNT * ordinates->count;
+/* Adds directions that cover the sphere evenly, each for its nearest ordinate. */
+static void add_sphere(boundary_samples *o, const np_ordinates *ordinates, unsigned count) {
   for (unsigned i = 0; i < count; i++) {
     const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
-    sample_radiance(o, towards, np_ordinates_search_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
+    add_sample(o, towards, np_ordinates_search_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
   }
 }
 
-/* Samples the direction of each ordinate, so that each has a sample at least. */
-static void sample_ordinates(boundary_samples *o, const np_ordinates *ordinates) {
+/* Adds the direction of each ordinate, so that each has a sample at least. */
+static void add_ordinates(boundary_samples *o, const np_ordinates *ordinates) {
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
     for (unsigned n = 0; n < ordinates->count; n++) {
       const np_vec3 d = np_ordinates_direction(ordinates, octant, n / NP_ORDINATE_LANES, n % NP_ORDINATE_LANES);
-      sample_radiance(o, np_vec3_scale(d, -1.0f), octant * OCTANT + n);
+      add_sample(o, np_vec3_scale(d, -1.0f), octant * OCTANT + n);
     }
+}
+
+static neph_result sample_radiances(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const boundary_samples *o = user;
+  for (size_t i = begin; i < end; i++)
+    o->at[i].radiance = np_boundary_radiance_compute(o->world, o->depths, choose_place(o, i), o->at[i].towards);
+  return NEPH_OK;
+}
+
+static void sum_samples(boundary_samples *o) {
+  for (unsigned i = 0; i < o->count; i++) {
+    const unsigned ordinate = o->at[i].ordinate;
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) o->sums[b][ordinate] += (double)o->at[i].radiance.band[b];
+    o->counts[ordinate]++;
+  }
 }
 
 /* Averages the samples by ordinate. The Voronoi cells of the ordinates differ a little from their weights: means are
@@ -135,16 +156,23 @@ static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates
   for (unsigned n = 0; n < ordinates->count && found > 0.0; n++) out[n] *= (float)(sum / count * weight / found);
 }
 
-void np_boundary_radiance_fill(const np_world *world, const np_sun_optical_depth_source *depths,
-                               const np_transport_desc *cells, const np_ordinates *ordinates,
-                               np_boundary_radiance out) {
+neph_result np_boundary_radiance_fill(neph_context *context, const np_world *world,
+                                      const np_sun_optical_depth_source *depths, const np_transport_desc *cells,
+                                      const np_ordinates *ordinates, np_boundary_radiance out) {
+  const unsigned all = NP_OCTANT_COUNT * ordinates->count, on_sphere = SAMPLES_PER_ORDINATE * all;
   boundary_samples o = {.world = world,
                         .depths = depths,
                         .low = cells->bounds_min,
-                        .size = np_dvec3_subtract(cells->bounds_max, cells->bounds_min)};
+                        .size = np_dvec3_subtract(cells->bounds_max, cells->bounds_min),
+                        .at = np_alloc(context, on_sphere + all, sizeof *o.at)};
+  if (!o.at) return NEPH_ERROR_OUT_OF_MEMORY;
   memset(out, 0, sizeof(np_boundary_radiance));
-  sample_sphere(&o, ordinates);
-  sample_ordinates(&o, ordinates);
+  add_sphere(&o, ordinates, on_sphere);
+  add_ordinates(&o, ordinates);
+  const neph_result result = np_parallel_for(context, NULL, o.count, 64, sample_radiances, &o);
+  sum_samples(&o);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) fill_octant(&o, ordinates, octant, b, &out[b][octant][0][0]);
+  np_alloc_free(context, o.at);
+  return result;
 }

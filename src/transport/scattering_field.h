@@ -253,7 +253,8 @@ np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_opt
 
 /* The same along the ordinates, averaged over the solid angle around each. */
 typedef float np_boundary_radiance[NP_BAND_COUNT][NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];
-void np_boundary_radiance_fill(const np_world *world, const np_sun_optical_depth_source *depths,
-                               const np_transport_desc *cells, const np_ordinates *ordinates, np_boundary_radiance out);
+neph_result np_boundary_radiance_fill(neph_context *context, const np_world *world,
+                                      const np_sun_optical_depth_source *depths, const np_transport_desc *cells,
+                                      const np_ordinates *ordinates, np_boundary_radiance out);
 
 #endif
