@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "core/alloc.h"
+#include "volume/brick_box.h"
 #include "volume/volume_file.h"
 
 enum { POINTS = 1000000, SEEDS = 3 };
@@ -309,6 +310,34 @@ static void what_is_not_finite_is_refused(void **state) {
   clear(&b);
 }
 
+/* Boxes that are stated to be empty hold no value above 0, and there are such and others. */
+static void empty_boxes_hold_nothing(void **state) {
+  enum { BOXES = 2000, PLACES = 64 };
+  (void)state;
+  built b;
+  unsigned empty = 0;
+  build(&b, 3, NEPH_PRECISION_HALF);
+  np_random random = np_random_start(3, 2, 0, 0, 0);
+  for (int n = 0; n < BOXES; n++) {
+    double low[3], high[3];
+    for (int a = 0; a < 3; a++) {
+      const double begin = 8.0 * b.bricks.origin[a];
+      low[a] = test_random_in(&random, begin - 20.0, begin + 8.0 * b.bricks.size[a] + 20.0);
+      high[a] = low[a] + test_random_in(&random, 0.1, 12.0);
+    }
+    if (!np_bricks_are_empty(&b.bricks, low, high)) continue;
+    empty++;
+    for (int k = 0; k < PLACES; k++) {
+      double at[3];
+      for (int a = 0; a < 3; a++) at[a] = test_random_in(&random, low[a], high[a]);
+      assert_true(np_bricks_sample(&b.bricks, np_dvec3_make(at[0], at[1], at[2])) <= 0.0f);
+    }
+  }
+  print_message("%u of %d boxes are empty\n", empty, BOXES);
+  assert_true(empty > 0 && empty < BOXES);
+  clear(&b);
+}
+
 static void positions_that_are_nowhere_give_the_background(void **state) {
   (void)state;
   static const double nowhere[] = {NAN, INFINITY, -INFINITY, 1e300, -1e300, 1e9};
@@ -335,6 +364,7 @@ int main(void) {
       cmocka_unit_test(what_is_too_large_is_refused_before_it_is_allocated),
       cmocka_unit_test(what_is_too_far_is_refused),
       cmocka_unit_test(what_is_not_finite_is_refused),
+      cmocka_unit_test(empty_boxes_hold_nothing),
       cmocka_unit_test(positions_that_are_nowhere_give_the_background),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -49,6 +49,15 @@ static double compute_kernel(const np_border *b, double depth_m, int i, int j) {
   return sum;
 }
 
+/* The kernel of all distances, which is symmetric. */
+static void fill_kernel(const np_border *b, double depth_m, float *kernel) {
+  float *middle = kernel + NP_BORDER_WIDE * SPAN + NP_BORDER_WIDE;
+  for (int j = 0; j <= NP_BORDER_WIDE; j++)
+    for (int i = 0; i <= NP_BORDER_WIDE; i++)
+      middle[j * SPAN + i] = middle[j * SPAN - i] = middle[-j * SPAN + i] = middle[-j * SPAN - i] =
+          (float)compute_kernel(b, depth_m, i, j);
+}
+
 /* Share of the irradiance from an infinite uniform plane that comes from distances within the kernel; along a periodic
  * axis one period, with its images, is the whole plane. */
 static double compute_kernel_share(const np_border *b, double depth_m, const float *kernel) {
@@ -89,9 +98,7 @@ static void spread_excess(const np_border *b, const float *plan, double depth_m,
     copy_plan(plan, out);
     return;
   }
-  for (int j = -NP_BORDER_WIDE; j <= NP_BORDER_WIDE; j++)
-    for (int i = -NP_BORDER_WIDE; i <= NP_BORDER_WIDE; i++)
-      kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE] = (float)compute_kernel(b, depth_m, i, j);
+  fill_kernel(b, depth_m, kernel);
   const float scale = (float)(1.0 / compute_kernel_share(b, depth_m, kernel));
   for (int n = 0; n < PLAN_SQUARES; n++) scaled[n] = scale * plan[n];
   for (int row = 0; row < NP_BORDER_WIDE; row++) spread_to_row(scaled, kernel, row, out + row * NP_BORDER_WIDE);

@@ -7,6 +7,7 @@
 
 #include "core/alloc.h"
 #include "transport/ground_columns.h"
+#include "volume/brick_box.h"
 #include "world/emission.h"
 
 /* ---- Averages ---- */
@@ -63,6 +64,24 @@ static void add_extinction(const grid_fill *f, const cell_places *in, np_dvec3 p
   }
 }
 
+/* Whether no cloud can hold anything in a box. */
+static bool is_empty(const np_instances *clouds, const double low[3], const double width[3]) {
+  for (unsigned v = 0; v < clouds->count; v++) {
+    const np_affine *to_index = &clouds->at[v].world_to_index;
+    const np_dvec3 middle = np_affine_point(
+        to_index, np_dvec3_make(low[0] + 0.5 * width[0], low[1] + 0.5 * width[1], low[2] + 0.5 * width[2]));
+    const double at[3] = {middle.x, middle.y, middle.z};
+    double from[3], to[3];
+    for (int a = 0; a < 3; a++) {
+      const double *row = to_index->m[a];
+      const double half = 0.5 * (fabs(row[0]) * width[0] + fabs(row[1]) * width[1] + fabs(row[2]) * width[2]);
+      from[a] = at[a] - half, to[a] = at[a] + half;
+    }
+    if (!np_bricks_are_empty(clouds->at[v].bricks, from, to)) return false;
+  }
+  return true;
+}
+
 /* Mean over a cell by the midpoint rule on the pieces between samples, where the interpolant is trilinear and the rule
  * exact; over large cells on a coarser lattice. */
 static void average_cell(const grid_fill *f, const int32_t at[3]) {
@@ -79,8 +98,9 @@ static void average_cell(const grid_fill *f, const int32_t at[3]) {
     points[a] = (int32_t)np_clamp(ceil(width[a] / f->voxel_m[a] - 0.01), 1.0, 4.0);
   }
   const float weight = 1.0f / (float)(points[0] * points[1] * points[2]);
-  const bool is_empty = f->world->clouds.places && list_places(f, low, width, &in) == 0;
-  for (int32_t k = 0; k < points[2] && !is_empty; k++)
+  const bool is_clear =
+      f->world->clouds.places ? list_places(f, low, width, &in) == 0 : is_empty(&f->world->clouds, low, width);
+  for (int32_t k = 0; k < points[2] && !is_clear; k++)
     for (int32_t j = 0; j < points[1]; j++)
       for (int32_t i = 0; i < points[0]; i++) {
         const np_dvec3 position = np_dvec3_make(g->edge_m[0][at[0]] + (i + 0.5) / points[0] * width[0],

@@ -49,3 +49,27 @@ np_brick_range np_bricks_measure_box(const np_bricks *rest, const double low[3],
         range = np_brick_range_unite(range, measure_cell(rest, cell, low, high));
   return range;
 }
+
+/* Whether a cell, counted from the first, may be above 0. */
+static bool may_hold(const np_bricks *bricks, const int32_t cell[3]) {
+  for (int a = 0; a < 3; a++)
+    if (cell[a] < 0 || cell[a] >= bricks->size[a]) return bricks->background > 0.0f;
+  const np_brick_place at = np_bricks_get_place(bricks, cell);
+  return np_bricks_get_range(bricks, &at, 0).max > 0.0f;
+}
+
+bool np_bricks_are_empty(const np_bricks *bricks, const double low[3], const double high[3]) {
+  enum { CELLS_MAX = 8 };
+  int32_t first[3], last[3], cell[3];
+  if (bricks->is_indirect || bricks->is_periodic[0] || bricks->is_periodic[1]) return false;
+  for (int a = 0; a < 3; a++) {
+    if (high[a] - low[a] > NP_BRICK_EDGE * CELLS_MAX) return false;
+    first[a] = (int32_t)floor(low[a] / NP_BRICK_EDGE) - bricks->origin[a];
+    last[a] = (int32_t)floor(high[a] / NP_BRICK_EDGE) - bricks->origin[a];
+  }
+  for (cell[0] = first[0]; cell[0] <= last[0]; cell[0]++)
+    for (cell[1] = first[1]; cell[1] <= last[1]; cell[1]++)
+      for (cell[2] = first[2]; cell[2] <= last[2]; cell[2]++)
+        if (may_hold(bricks, cell)) return false;
+  return true;
+}

@@ -13,4 +13,8 @@ static inline np_brick_range np_brick_range_unite(np_brick_range a, np_brick_ran
  * interpolant is the background. */
 np_brick_range np_bricks_measure_box(const np_bricks *bricks, const double low[3], const double high[3]);
 
+/* Whether the interpolant is 0 or less all over a box of index positions, by the ranges of whole cells. False of bricks
+ * that repeat or are not plain, and of boxes of many cells. */
+bool np_bricks_are_empty(const np_bricks *bricks, const double low[3], const double high[3]);
+
 #endif
