@@ -389,35 +389,52 @@ void np_sun_optical_depth_clear(np_sun_optical_depth *cache) {
 
 /* ---- Queries ---- */
 
-/* Optical depth of a span, by steps of a voxel; of nearest samples, exactly. */
-static float compute_span_depth(const np_instance *volume, const np_brick_walk *walk, const np_brick_span *span,
-                                double step) {
-  const double length = span->t_end - span->t_begin;
-  const bool is_constant = span->brick == NP_BRICK_NONE, is_whole = is_constant || volume->bricks->is_nearest;
-  const int count = is_whole ? 1 : (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
-  float sum = span->range.min;
-  if (!is_constant && is_whole) {
-    const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
-    const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
-    sum = np_track_mean(volume->bricks, span->brick, span->cell, begin, np_vec3_subtract(end, begin));
-  } else if (!is_constant) {
-    sum = 0.0f;
-    for (int k = 0; k < count; k++)
-      sum += np_brick_sample(volume->bricks, span->brick,
-                             np_brick_walk_local(walk, span, span->t_begin + length * (k + 0.5) / count));
-  }
-  return volume->extinction_per_value * sum * (float)(length / count);
+/* Error of the transmittance that a span may make, by its range. */
+static const float span_tolerance = 0.01f;
+
+/* Number of look-ups of a span: one a voxel, or fewer where the range of the brick and the light that is left allow for
+ * no error that matters. `rate`: optical depth of the scaled medium per value and metre. */
+static int count_samples(const np_brick_span *span, float length, double step, float rate, float transmittance) {
+  const float variation = rate * (span->range.max - span->range.min) * length * transmittance / span_tolerance;
+  const int by_voxel = (int)fmin(fmax(ceil((double)length / step), 1.0), 64.0),
+            by_range = np_track_count_samples(variation);
+  return by_range < by_voxel ? by_range : by_voxel;
 }
 
-/* Optical depth of one cloud, by steps of a voxel through its bricks. */
-static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, float depth_end) {
+/* Optical depth of a span, per extinction of a value of 1; of nearest samples, exactly. */
+static float compute_span_depth(const np_bricks *bricks, const np_brick_walk *walk, const np_brick_span *span,
+                                int count) {
+  const float length = (float)(span->t_end - span->t_begin);
+  if (span->brick == NP_BRICK_NONE) return span->range.min * length;
+  if (bricks->is_nearest) {
+    const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+    const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+    return length * np_track_mean(bricks, span->brick, span->cell, begin, np_vec3_subtract(end, begin));
+  }
+  if (count == 0) return 0.5f * (span->range.min + span->range.max) * length;
+  float sum = 0.0f;
+  for (int k = 0; k < count; k++)
+    sum += np_brick_sample(
+        bricks, span->brick,
+        np_brick_walk_local(walk, span, span->t_begin + (span->t_end - span->t_begin) * (k + 0.5) / count));
+  return sum * (length / (float)count);
+}
+
+/* Adds to a depth that of one cloud, times `fade`. */
+static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, float fade, float depth,
+                  float depth_end) {
   const np_dvec3 along = np_affine_vector(&volume->world_to_index, np_vec3_to_double(to_sun));
   const double step = 1.0 / fmax(np_dvec3_length(along), 1e-30);
-  float depth = 0.0f;
+  const float rate = fade * volume->extinction_per_value;
   np_brick_walk walk;
   np_brick_span span;
   np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, position), along, 0.0, 1e7);
-  while (depth < depth_end && np_brick_walk_next(&walk, &span)) depth += compute_span_depth(volume, &walk, &span, step);
+  while (depth < depth_end && np_brick_walk_next(&walk, &span)) {
+    const float length = (float)(span.t_end - span.t_begin);
+    const int count =
+        span.brick == NP_BRICK_NONE ? 0 : count_samples(&span, length, step, rate, np_transmittance(depth));
+    depth += rate * compute_span_depth(volume->bricks, &walk, &span, count);
+  }
   return depth;
 }
 
@@ -429,9 +446,9 @@ static float compute_depth(const np_sun_optical_depths *depths, np_dvec3 positio
   np_place_walk_start(&places, depths->clouds, position, to_sun, INFINITY);
   while (depth < depth_max && (volume = np_place_walk_next(&places, INFINITY))) {
     const float rate = fade ? fade[np_instances_get_index(depths->clouds, volume)] : 1.0f;
-    float own = np_sun_optical_depths_get_known(depths, volume, position, to_sun);
-    if (own == NP_SUN_OPTICAL_DEPTH_UNKNOWN) own = walk(volume, position, to_sun, (depth_max - depth) / rate);
-    depth += rate * own;
+    const float own = np_sun_optical_depths_get_known(depths, volume, position, to_sun);
+    depth = own == NP_SUN_OPTICAL_DEPTH_UNKNOWN ? walk(volume, position, to_sun, rate, depth, depth_max)
+                                                : depth + rate * own;
   }
   return depth;
 }
