@@ -22,7 +22,9 @@
 
 enum {
   BATCH_LEAVES = 2048,
-  SAMPLE_LEAVES = 512 /* evaluated first as a sample, in the same buffer */
+  SAMPLE_LEAVES = 512,     /* most that are evaluated first as a sample, in the same buffer, … */
+  SAMPLE_LEAVES_FEW = 64,  /* … all of so few, … */
+  SAMPLE_LEAVES_EACH = 16, /* … and of others one in so many */
 };
 
 #define CLOUD_LEAVES_MAX (UINT64_C(1) << 23) /* leaves that may hold cloud: 17 GB */
@@ -203,7 +205,8 @@ static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned th
 /* Estimates the number of marked leaves with cloud from an evenly spread sample. */
 static neph_result sample_share(bake_job *job) {
   const size_t box_count = np_bake_count_box(job->bake), marked = job->marks.cloudy_count;
-  const size_t wanted = marked < SAMPLE_LEAVES ? marked : SAMPLE_LEAVES;
+  const size_t few = marked < SAMPLE_LEAVES_FEW ? marked : SAMPLE_LEAVES_FEW, part = marked / SAMPLE_LEAVES_EACH;
+  const size_t wanted = part < few ? few : part < SAMPLE_LEAVES ? part : SAMPLE_LEAVES;
   size_t count = 0, seen = 0, filled = 0;
   for (size_t leaf = 0; leaf < box_count && count < wanted; leaf++) {
     if (!job->marks.is_cloudy[leaf]) continue;

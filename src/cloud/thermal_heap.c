@@ -91,15 +91,36 @@ static neph_result count_shadow(np_cloud_model *model, np_monitor *monitor, doub
 
 /* ---- Waterline ---- */
 
-static neph_result search_shadow(np_cloud_model *model, np_monitor *monitor, double wanted) {
+/* Shadows by waterline: searches begin alike, and differ in their last steps. */
+typedef struct known_shadows {
+  size_t count;
+  struct {
+    float waterline;
+    double fraction;
+  } at[64];
+} known_shadows;
+
+/* Sets a waterline, and counts its shadow unless it is known. */
+static neph_result get_shadow(np_cloud_model *model, np_monitor *monitor, float waterline, known_shadows *known,
+                              double *out_fraction) {
+  np_waterline_set(model, waterline);
+  for (size_t i = 0; i < known->count; i++)
+    if (known->at[i].waterline == waterline) return *out_fraction = known->at[i].fraction, NEPH_OK;
+  const neph_result result = count_shadow(model, monitor, out_fraction);
+  if (result || known->count == sizeof known->at / sizeof *known->at) return result;
+  known->at[known->count].waterline = waterline;
+  known->at[known->count++].fraction = *out_fraction;
+  return NEPH_OK;
+}
+
+static neph_result search_shadow(np_cloud_model *model, np_monitor *monitor, double wanted, known_shadows *known) {
   const float spread = model->map.highest - model->map.lowest;
   float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
   const int steps = np_waterline_count_steps(model);
   for (int step = 0; step < steps; step++) {
     double fraction = 0;
     const float middle = 0.5f * (low + high);
-    np_waterline_set(model, middle);
-    neph_result result = count_shadow(model, monitor, &fraction);
+    const neph_result result = get_shadow(model, monitor, middle, known, &fraction);
     if (result) return result;
     *(fraction > wanted ? &low : &high) = middle;
   }
@@ -123,8 +144,9 @@ neph_result np_thermals_search_waterline(np_cloud_model *model, np_monitor *moni
   const double tolerance = model->map.levels ? 0.01 * model->map.coverage : 0.01;
   double wanted = model->map.coverage;
   np_waterline best = {.miss = INFINITY};
+  known_shadows known = {.count = 0};
   if (model->is_empty) return NEPH_OK;
-  neph_result result = search_shadow(model, monitor, wanted);
+  neph_result result = search_shadow(model, monitor, wanted, &known);
   for (int n = 0; n < corrections && !result; n++) {
     double fraction = 0;
     result = np_thermals_build(model, monitor, levels < CENSUS_LEVELS ? levels : CENSUS_LEVELS);
@@ -132,7 +154,7 @@ neph_result np_thermals_search_waterline(np_cloud_model *model, np_monitor *moni
     np_waterline_update_best(model, fraction, &best);
     if (result || best.miss < tolerance) break;
     wanted *= fmin(fmax(model->map.coverage / fmax(fraction, 1e-3), 0.3), 2.0);
-    result = search_shadow(model, monitor, fmin(wanted, 1));
+    result = search_shadow(model, monitor, fmin(wanted, 1), &known);
   }
   if (np_waterline_is_best(model) && corrections > 1) np_waterline_set(model, best.value);
   return result;
