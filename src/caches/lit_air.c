@@ -11,6 +11,7 @@
 
 enum {
   DIRECTIONS = 64,
+  DIRECTIONS_COARSE = 32,
   TO_EMISSION = 16,
   TO_BOX = 16,
   POINTS_MAX = 14,
@@ -46,6 +47,7 @@ typedef struct even_direction {
 typedef struct air_fill {
   const np_cloud_gather *gather;
   const np_ground_light *ground_light;
+  unsigned direction_count;
   double step_m;
   np_lit_air *out;
   even_direction *directions;
@@ -135,7 +137,7 @@ static np_dvec3 choose_origin(const air_fill *f, np_dvec3 point, int level, unsi
   np_dvec3 at = point;
   for (unsigned n = 0; n < TRIES; n++) {
     float extinction[NP_INSTANCES_MAX];
-    at = choose_place(f, point, level, get_offset(direction + n * DIRECTIONS));
+    at = choose_place(f, point, level, get_offset(direction + n * f->direction_count));
     if (!(np_cloud_gather_extinction(f->gather, at, extinction) > 0.0f)) break;
   }
   return at;
@@ -150,8 +152,8 @@ typedef struct fire_flux {
   np_vec3 way;
 } fire_flux;
 
-static void add_fire(fire_flux *sum, np_vec3 towards, np_spectrum radiance) {
-  const np_spectrum flux = np_spectrum_scale(radiance, 4.0f * NP_PI_F / DIRECTIONS);
+static void add_fire(const air_fill *f, np_vec3 towards, np_spectrum radiance, fire_flux *sum) {
+  const np_spectrum flux = np_spectrum_scale(radiance, 4.0f * NP_PI_F / (float)f->direction_count);
   sum->flux = np_spectrum_add(sum->flux, flux);
   sum->way = np_vec3_add(sum->way, np_vec3_scale(towards, np_spectrum_mean(flux)));
 }
@@ -168,7 +170,7 @@ static np_fire_rays get_fire_rays(const air_fill *f) { return (np_fire_rays){f->
 /* Weight of a direction's light beside the rays towards fires. */
 static float weigh(const air_fill *f, np_dvec3 position, np_vec3 towards) {
   const np_fire_rays rays = get_fire_rays(f);
-  return np_fire_rays_weigh(&rays, position, towards, DIRECTIONS / (4.0 * NP_PI));
+  return np_fire_rays_weigh(&rays, position, towards, f->direction_count / (4.0 * NP_PI));
 }
 
 /* Change of the radiance along a direction by clouds and their shadows. Clouds and ground that the ray meets are
@@ -188,7 +190,7 @@ static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec
                              (float)end_m};
   const np_spectrum all = np_spectrum_add(view.light, view.emitted),
                     light = np_spectrum_scale(np_gather_air_dim(air, out_ray, all), weigh(f, origin, towards));
-  add_fire(fires, towards, light);
+  add_fire(f, towards, light, fires);
   const np_spectrum change =
       np_spectrum_add(light, np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction)));
   if (!isfinite(end_m)) return change;
@@ -198,9 +200,9 @@ static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec
 }
 
 /* Adds a direction's share of the actinic flux. */
-static void add_flux(np_lit_air_value *sum, np_vec3 towards, np_spectrum radiance) {
+static void add_flux(const air_fill *f, np_vec3 towards, np_spectrum radiance, np_lit_air_value *sum) {
   np_spectrum *half = towards.z > 0.0f ? &sum->upper : &sum->lower;
-  *half = np_spectrum_add_scaled(*half, 4.0f * NP_PI_F / DIRECTIONS, radiance);
+  *half = np_spectrum_add_scaled(*half, 4.0f * NP_PI_F / (float)f->direction_count, radiance);
 }
 
 /* Traces the i-th ray towards fires from a place; false past the last. */
@@ -230,8 +232,8 @@ static void add_fires(const air_fill *f, np_dvec3 point, int level, np_lit_air_v
     if (!trace_fire(f, origin, i, &towards, &light)) return;
     if (np_spectrum_is_zero(light)) continue;
     light = np_spectrum_scale(light, weigh(f, origin, towards));
-    add_flux(sum, towards, light);
-    add_fire(fires, towards, light);
+    add_flux(f, towards, light, sum);
+    add_fire(f, towards, light, fires);
   }
 }
 
@@ -251,9 +253,9 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
     const np_dvec3 point = get_point(f->out, n, &level);
     np_lit_air_value sum = {.way = {0}};
     fire_flux fires = {.way = {0}};
-    for (unsigned i = 0; i < DIRECTIONS; i++)
-      add_flux(&sum, f->directions[i].gather.towards,
-               compute_change(f, i, point, level, &f->rays[n * DIRECTIONS + i], &fires));
+    for (unsigned i = 0; i < f->direction_count; i++)
+      add_flux(f, f->directions[i].gather.towards,
+               compute_change(f, i, point, level, &f->rays[n * f->direction_count + i], &fires), &sum);
     if (f->gather->world->emission) {
       add_fires(f, point, level, &sum, &fires);
       set_beam(&fires, &sum);
@@ -287,11 +289,12 @@ static neph_result scatter_points(void *user, size_t begin, size_t end, unsigned
     int level;
     const np_dvec3 point = get_point(f->out, n, &level);
     f->next[n] = f->first[n];
-    for (unsigned i = 0; i < DIRECTIONS; i++) {
+    for (unsigned i = 0; i < f->direction_count; i++) {
       const even_direction *d = &f->directions[i];
-      add_flux(&f->next[n], d->gather.towards,
-               np_lit_air_along(f->out, &d->air[level], d->gather.towards, point, &f->rays[n * DIRECTIONS + i],
-                                get_shift(i)));
+      add_flux(f, d->gather.towards,
+               np_lit_air_along(f->out, &d->air[level], d->gather.towards, point, &f->rays[n * f->direction_count + i],
+                                get_shift(i)),
+               &f->next[n]);
     }
   }
   return NEPH_OK;
@@ -305,7 +308,8 @@ static neph_result aim_directions(void *user, size_t begin, size_t end, unsigned
   const double x = 0.5 * (g->bounds_min.x + g->bounds_max.x), y = 0.5 * (g->bounds_min.y + g->bounds_max.y);
   const double ground = np_cloud_gather_ground(g, x, y).z + clearance_m;
   for (size_t i = begin; i < end; i++) {
-    const double z = 1.0 - (2.0 * (double)i + 1.0) / DIRECTIONS, azimuth = (double)i * (NP_PI * (3.0 - sqrt(5.0)));
+    const double z = 1.0 - (2.0 * (double)i + 1.0) / f->direction_count,
+                 azimuth = (double)i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
     np_cloud_gather_aim(g, towards, &f->directions[i].gather);
@@ -358,7 +362,7 @@ static void measure_fall(const air_fill *f) {
 static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *monitor) {
   const size_t count = count_points(f->out);
   np_monitor_set_stage(monitor, "lighting the air");
-  neph_result result = np_parallel_for(context, monitor, DIRECTIONS, 1, aim_directions, f);
+  neph_result result = np_parallel_for(context, monitor, f->direction_count, 1, aim_directions, f);
   if (!result) result = np_parallel_for(context, monitor, count, 8, gather_points, f);
   for (int pass = 0; pass < PASSES && !result; pass++) {
     result = np_parallel_for(context, monitor, count, 8, scatter_points, f);
@@ -378,11 +382,12 @@ neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gathe
   const size_t count = count_points(out);
   air_fill f = {.gather = gather,
                 .ground_light = ground_light,
+                .direction_count = gather->is_coarse ? DIRECTIONS_COARSE : DIRECTIONS,
                 .step_m = step_voxels * np_cloud_gather_compute_voxel(gather->world),
                 .out = out};
   out->points = np_alloc(context, count, sizeof *out->points);
-  f.directions = np_alloc(context, DIRECTIONS, sizeof *f.directions);
-  f.rays = np_alloc(context, count * DIRECTIONS, sizeof *f.rays);
+  f.directions = np_alloc(context, f.direction_count, sizeof *f.directions);
+  f.rays = np_alloc(context, count * f.direction_count, sizeof *f.rays);
   f.first = np_alloc(context, count, sizeof *f.first);
   f.next = np_alloc(context, count, sizeof *f.next);
   const bool has_all = out->points && f.directions && f.rays && f.first && f.next;

@@ -44,6 +44,7 @@ typedef struct border_fill {
   unsigned set_count;
   double low[3], high[3];
   unsigned direction_count;
+  int cells_a_place;                                /* cells of air that share a place of shadows */
   np_vec3 direction[DIRECTIONS];                    /* looking out */
   uint16_t nearest[NP_BORDER_SETS_MAX][DIRECTIONS]; /* octant × lanes + ordinate */
   air_ray *air;                                     /* NULL: no air that shines */
@@ -208,6 +209,29 @@ static np_spectrum compute_even_gain(const np_world *world, np_dvec3 place) {
   return out;
 }
 
+/* Shadow and light of the clouds at a place in the air. */
+typedef struct air_place {
+  float shadow;
+  bool is_reached; /* light that leaves the box through `square` reaches it */
+  np_border_way way;
+  uint32_t square;
+  np_spectrum gain; /* compute_even_gain */
+} air_place;
+
+/* Draws a place between two distances along a direction. */
+static air_place draw_place(const border_node *n, unsigned direction, int cell, double near_m, double far_m) {
+  const border_fill *f = n->fill;
+  const double jitter = fmod(0.618033988749895 * (direction * AIR_CELLS + (unsigned)cell) + 0.7548776662466927 * n->u +
+                                 0.5698402909980532 * n->v,
+                             1.0);
+  const np_dvec3 place = np_dvec3_along(n->position, f->direction[direction], near_m + jitter * (far_m - near_m));
+  air_place out = {.shadow = 1.0f - get_sun_visibility(f, place),
+                   .way = place.z < f->low[2] ? NP_BORDER_DOWN : NP_BORDER_UP};
+  out.is_reached = (place.z < f->low[2] || place.z > f->high[2]) && locate_square(f, out.way, place, &out.square);
+  if (out.is_reached) out.gain = compute_even_gain(f->world, place);
+  return out;
+}
+
 /* In-scatter of air up to a distance, dimmed by shadows; `air` is the in-scatter without shadows. */
 static np_spectrum shade_air(border_node *n, unsigned direction, double distance_m, np_spectrum air) {
   const border_fill *f = n->fill;
@@ -220,21 +244,17 @@ static np_spectrum shade_air(border_node *n, unsigned direction, double distance
   if (is_short) total = np_spectrum_mix(a->all[last], a->all[last + 1], part);
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
     ratio.band[b] = total.band[b] > 0.0f ? air.band[b] / total.band[b] : 0.0f;
+  air_place place = {.shadow = 0.0f};
   for (int c = 0; c <= last; c++) {
-    const double near = compute_cell_end(c), far = fmin(compute_cell_end(c + 1), distance_m);
-    const double jitter = fmod(0.618033988749895 * (direction * AIR_CELLS + (unsigned)c) + 0.7548776662466927 * n->u +
-                                   0.5698402909980532 * n->v,
-                               1.0);
-    const np_dvec3 place = np_dvec3_along(n->position, f->direction[direction], near + jitter * (far - near));
-    const float share = c == last ? part : 1.0f, shadow = 1.0f - get_sun_visibility(f, place);
-    lost = np_spectrum_add_scaled(lost, share * shadow, np_spectrum_subtract(a->first[c + 1], a->first[c]));
-    uint32_t square;
-    const np_border_way way = place.z < f->low[2] ? NP_BORDER_DOWN : NP_BORDER_UP;
-    if ((place.z < f->low[2] || place.z > f->high[2]) && locate_square(f, way, place, &square)) {
-      const np_spectrum even = np_spectrum_scale(np_spectrum_subtract(a->even[c + 1][way], a->even[c][way]), share);
-      add_gain(n, direction, square,
-               np_spectrum_multiply(np_spectrum_multiply(even, ratio), compute_even_gain(f->world, place)));
-    }
+    if (c % f->cells_a_place == 0)
+      place =
+          draw_place(n, direction, c, compute_cell_end(c), fmin(compute_cell_end(c + f->cells_a_place), distance_m));
+    const float share = c == last ? part : 1.0f;
+    lost = np_spectrum_add_scaled(lost, share * place.shadow, np_spectrum_subtract(a->first[c + 1], a->first[c]));
+    if (!place.is_reached) continue;
+    const np_spectrum even =
+        np_spectrum_scale(np_spectrum_subtract(a->even[c + 1][place.way], a->even[c][place.way]), share);
+    add_gain(n, direction, place.square, np_spectrum_multiply(np_spectrum_multiply(even, ratio), place.gain));
   }
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
     air.band[b] = fmaxf(0.0f, air.band[b] - ratio.band[b] * fmaxf(0.0f, lost.band[b]));
@@ -586,6 +606,7 @@ neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
     f->high[a] = grid->edge_m[a][grid->size[a]];
   }
   f->direction_count = is_rough ? DIRECTIONS_ROUGH : DIRECTIONS;
+  f->cells_a_place = is_rough ? 2 : 1;
   choose_directions(f);
   f->glint = compute_glint(f);
   const neph_result result = fill_sets(f, monitor);
