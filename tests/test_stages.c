@@ -144,7 +144,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->cloud_light, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
-  assert_int_equal(!light->relief_light.points, !np_plan_needs(&b.plan, NP_STAGE_RELIEF_LIGHT));
+  assert_int_equal(!light->relief_light, !np_plan_needs(&b.plan, NP_STAGE_RELIEF_LIGHT));
   assert_int_equal(!light->air_shadow.visible_fraction, !np_plan_needs(&b.plan, NP_STAGE_AIR_SHADOWS));
   assert_int_equal(!packet->gains, !np_plan_needs(&b.plan, NP_STAGE_APPROXIMATION));
   assert_int_equal(!packet->stars.count, !np_plan_needs(&b.plan, NP_STAGE_STARS));
@@ -271,8 +271,8 @@ static void what_rows_say_is_kept_is(void **state) {
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_rule((np_stage)i)->reused_while && !is_of_parts(i))
       expected += np_stage_get_rule((np_stage)i)->is_of_probes ? 2 : 1;
-  assert_int_equal(expected,
-                   11); /* terrain, volumes, airs, four skies, sun optical depth, multiple scattering, ground */
+  assert_int_equal(expected, 12); /* terrain, volumes, airs, four skies, sun optical depth, multiple scattering, ground,
+                                     hills */
   assert_int_equal(kept, expected);
   clear(&b);
 }

@@ -32,7 +32,7 @@ typedef struct np_relief_slot {
   np_relief_point point;
 } np_relief_slot;
 
-/* Inputs of the points; all are borrowed, and outlive the cache. */
+/* Inputs of the points, borrowed; a picture that takes the cache over sets its own, equal ones. */
 typedef struct np_relief_light_desc {
   const np_world *world;
   np_sun_optical_depths depths;

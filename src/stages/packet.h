@@ -41,7 +41,7 @@ typedef struct np_packet_light {
   np_scattering_field *scattering; /* NULL when not needed */
   np_viewer_light *viewer_light;   /* NULL when not needed */
   np_cloud_light *cloud_light;     /* NULL when not needed */
-  np_relief_light relief_light;    /* empty when not needed */
+  np_relief_light *relief_light;   /* NULL when not needed */
   np_air_shadow air_shadow;        /* empty when not needed */
   np_sky_guide sky_guide;          /* empty when not needed */
   np_water water;                  /* water of the world; none where the scene has none */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light gathered from the solution of the multiple scattering: towards the camera, and on ground and air. Parts of one
  * picture share both on disk; later pictures of a renderer reuse the light on the ground while the solution, the clouds
- * and the keys of the scene are the same. */
+ * and the keys of the scene are the same, and with it the light between hills. */
 #include <string.h>
 
 #include "core/alloc.h"
@@ -264,3 +264,69 @@ NP_STAGE_DISK(ground_clouds, task->light->cloud_light, "around", true, add_groun
 
 NP_STAGE_REUSE(ground_clouds, task->light->cloud_light, NP_PER_PACKET_LIGHT, false, adapt_ground, destroy_ground_clouds,
                &ground_clouds_disk);
+
+/* ---- Light between hills ---- */
+
+static np_relief_light_desc describe_relief(const np_relief_light_inputs *in) {
+  return (np_relief_light_desc){in->world, np_stage_get_depths(in->world, in->depth),
+                                np_cloud_light_get_ground(in->cloud_light)};
+}
+
+/* Key of the light between hills: what the light on the ground was built for, and the picture's own scene, whose bits
+ * may be others. Without clouds it depends on the camera's sky, and has none. */
+typedef struct relief_key {
+  char light[33];
+} relief_key;
+
+static neph_result get_relief_light_key(const np_relief_light_inputs *in, void **out_key) {
+  const np_stored_result *stored = np_stores_search(in->job->stores, &np_stage_reuse_ground_clouds, in->slot);
+  const gathered_key *gathered = stored ? stored->key : NULL;
+  if (!in->cloud_sky || !in->cloud_light || !gathered || !*gathered->light) return NEPH_OK;
+  relief_key *key = np_alloc(in->context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_hash *hash = np_hash_create(in->context);
+  const float depth_end = in->depth ? in->depth->depth_end : 0.0f;
+  const unsigned frame = neph_scene_is_animated(in->scene) ? (unsigned)in->plan->request.desc.frame : 0;
+  const unsigned words[] = {frame, np_stage_is_coarse(&in->part)};
+  const bool is_known = add_scene(&in->part, hash) && np_stage_add_terrain_key(&in->part, hash);
+  np_hash_add_text(hash, gathered->light);
+  NP_HASH_ADD(hash, words);
+  NP_HASH_ADD(hash, in->world->to_sun);
+  NP_HASH_ADD(hash, in->world->sun_irradiance); /* differs by the bands of packets */
+  NP_HASH_ADD(hash, depth_end);
+  const neph_result result = np_hash_finish(hash, key->light);
+  if (!result && is_known) return *out_key = key, NEPH_OK;
+  np_alloc_free(in->context, key);
+  return result;
+}
+
+/* Points of an earlier picture stay, and further ones are computed in this picture's world. */
+static neph_result adapt_relief(const np_relief_light_inputs *in, void *cached, const void *cached_key,
+                                char *out_reason) {
+  if (strcmp(((const relief_key *)cached_key)->light, ((const relief_key *)in->key)->light) != 0)
+    np_print(out_reason, NP_REASON_SIZE, "the light changed");
+  else
+    ((np_relief_light *)cached)->desc = describe_relief(in);
+  return NEPH_OK;
+}
+
+static neph_result make_relief_light(const np_relief_light_inputs *in, np_relief_light **out) {
+  const np_relief_light_desc desc = describe_relief(in);
+  np_relief_light *light = np_alloc(in->context, 1, sizeof *light);
+  if (!light) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_relief_light_build(in->context, &desc, light);
+  if (result) np_alloc_free(in->context, light);
+  *out = result ? NULL : light;
+  return result;
+}
+
+static void destroy_relief_light(void *result) {
+  np_relief_light *light = result;
+  if (!light) return;
+  neph_context *context = light->context;
+  np_relief_light_clear(light);
+  np_alloc_free(context, light);
+}
+
+NP_STAGE_REUSE(relief_light, task->light->relief_light, NP_PER_PACKET_LIGHT, false, adapt_relief, destroy_relief_light,
+               NULL);

@@ -58,7 +58,7 @@ typedef struct np_stage_part {
 #define NP_RESULT_ORDINATES(X) X(const np_scattering_field *, scattering, at->light->scattering)
 #define NP_RESULT_VIEWER_LIGHT(X) X(const np_viewer_light *, viewer_light, at->light->viewer_light)
 #define NP_RESULT_GROUND_CLOUDS(X) X(const np_cloud_light *, cloud_light, at->light->cloud_light)
-#define NP_RESULT_RELIEF_LIGHT(X) X(const np_relief_light *, relief_light, &at->light->relief_light)
+#define NP_RESULT_RELIEF_LIGHT(X) X(const np_relief_light *, relief_light, at->light->relief_light)
 #define NP_RESULT_AIR_SHADOWS(X) \
   X(const np_air_visibility *, visibility, &at->caches->air_visibility) \
   X(const np_air_shadow *, air_shadow, &at->light->air_shadow)

@@ -339,18 +339,6 @@ NP_STAGE_BUILD(air_shadow, air_shadows, task->light->air_shadow)
 
 void np_stage_clear_air_shadow(const np_stage_task *task) { np_air_shadow_clear(&task->light->air_shadow); }
 
-/* ---- Light between hills ---- */
-
-static neph_result build_relief_light(const np_relief_light_inputs *in, np_relief_light *out) {
-  const np_relief_light_desc desc = {in->world, np_stage_get_depths(in->world, in->depth),
-                                     np_cloud_light_get_ground(in->cloud_light)};
-  return np_relief_light_build(in->context, &desc, out);
-}
-
-NP_STAGE_BUILD(relief_light, relief_light, task->light->relief_light)
-
-void np_stage_clear_relief_light(const np_stage_task *task) { np_relief_light_clear(&task->light->relief_light); }
-
 /* ---- Approximation ---- */
 
 /* Builds the gains. Optical depths do not depend on wavelength: the first packet computes them for all. */
@@ -383,7 +371,7 @@ static neph_result build_lighting(const np_lighting_inputs *in, np_reflection *o
       .scattering = in->scattering,
       .viewer_light = in->viewer_light,
       .ground_light = np_cloud_light_get_ground(in->cloud_light),
-      .relief_light = in->relief_light->points ? in->relief_light : NULL,
+      .relief_light = in->relief_light,
       .air_shadow = in->air_shadow->visible_fraction ? in->air_shadow : NULL,
       .sky_guide = in->sky_guide->rate > 0.0f ? in->sky_guide : NULL,
       .gains = in->gains,

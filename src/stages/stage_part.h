@@ -117,7 +117,7 @@ static inline bool np_stage_is_exact(const np_stage_part *in) {
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_water_sky, np_stage_reuse_sun_optical_depth,
-    np_stage_reuse_ordinates, np_stage_reuse_viewer_light, np_stage_reuse_ground_clouds;
+    np_stage_reuse_ordinates, np_stage_reuse_viewer_light, np_stage_reuse_ground_clouds, np_stage_reuse_relief_light;
 
 /* Loads a part's result from the disk cache; false: it has no key, or no entry. */
 bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_task *task);
@@ -144,12 +144,11 @@ np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_
     np_stage_build_color_fit, np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility,
     np_stage_build_emission, np_stage_build_airglow, np_stage_build_approximation, np_stage_build_motion,
     np_stage_build_stars, np_stage_build_instances, np_stage_build_world, np_stage_build_sky_guide,
-    np_stage_build_relief_light, np_stage_build_air_shadow, np_stage_build_lighting;
+    np_stage_build_air_shadow, np_stage_build_lighting;
 
 np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_cloud, np_stage_clear_star_map,
     np_stage_clear_catalogue, np_stage_clear_visibility, np_stage_clear_emission, np_stage_clear_approximation,
-    np_stage_clear_motion, np_stage_clear_stars, np_stage_clear_instances, np_stage_clear_relief_light,
-    np_stage_clear_air_shadow;
+    np_stage_clear_motion, np_stage_clear_stars, np_stage_clear_instances, np_stage_clear_air_shadow;
 
 np_stage_finish_fn np_stage_finish_volumes;
 
