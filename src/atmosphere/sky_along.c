@@ -14,9 +14,17 @@ static float compute_entry_sun(const neph_sky *sky, const np_ray *ray, np_dvec3 
 /* Height over which haze thins by a factor e, in heights of the atmosphere: 1.2 km on the Earth. */
 static const double haze_height = 0.012;
 
+/* The least height over which a layer thins by a factor e, at most that of haze. */
+static double get_least_height(const np_medium *medium) {
+  double least_m = haze_height * medium->top_m;
+  for (int i = 0; i < medium->layer_count; i++)
+    if (medium->layers[i].profile == NEPH_LAYER_EXPONENTIAL) least_m = fmin(least_m, medium->layers[i].height_m);
+  return least_m;
+}
+
 /* Rule for a part of a ray, by how much the air along it changes: 4 points, and one more for every two e-foldings of
- * density or transmittance. By day it errs by less than 2e-4 (`test_sky_along`). NULL: no rule for
- * parts suffices, or the air has thin layers. */
+ * density or transmittance. By day it errs by less than 2e-4 (`test_sky_along`). NULL: no rule for parts
+ * suffices, or the air has thin layers. */
 static const np_quadrature *choose_rule(const neph_sky *sky, const np_ray *ray, double begin_m, double end_m) {
   const np_medium *medium = &sky->atmosphere->medium;
   const double perigee = np_clamp(np_ray_perigee(ray), begin_m, end_m);
@@ -24,7 +32,7 @@ static const np_quadrature *choose_rule(const neph_sky *sky, const np_ray *ray, 
                low = np_ray_altitude(ray, perigee);
   const np_spectrum densest = np_bands_to_spectrum(np_extinction_at(medium, low));
   const double change =
-      (fmax(begin, end) - low) / (haze_height * medium->top_m) + (double)np_spectrum_max(densest) * (end_m - begin_m);
+      (fmax(begin, end) - low) / get_least_height(medium) + (double)np_spectrum_max(densest) * (end_m - begin_m);
   for (int i = 0; i < NP_SKY_PART_RULES && !np_warp_is_needed(medium); i++) {
     const np_quadrature *rule = &sky->part_rules[i];
     if (rule->count >= 4.0 + 0.5 * change && rule->count < sky->ray_rule.whole.count) return rule;
