@@ -18,8 +18,9 @@ typedef struct np_cloud_gather {
   const np_world *world; /* borrowed, as all that follows */
   const np_sun_optical_depths *depths;
   const np_scattering_field *scattering;
-  np_dvec3 bounds_min, bounds_max; /* box of all density, of one period where it repeats */
+  np_dvec3 bounds_min, bounds_max; /* box of all density, of one period or tile where it repeats */
   double period_m[2];              /* periods of all clouds along x and y; 0: none */
+  np_transport_fold fold;          /* tiles of which the box is one; a period of 0: none */
   bool is_coarse;                  /* fewer points, for a first picture or a draft */
   float fade[NP_INSTANCES_MAX];    /* factor on each cloud's optical depth in the scaled medium */
 } np_cloud_gather;

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "caches/fire_rays.h"
+#include "caches/tile_points.h"
 #include "core/alloc.h"
 #include "core/units.h"
 
@@ -151,8 +152,11 @@ np_dvec3 np_ground_light_get_place(const np_ground_light *c, const np_cloud_gath
 static neph_result gather_points(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const ground_fill *f = user;
-  for (size_t n = begin; n < end; n++)
-    f->cache->points[n] = gather_at(f, np_ground_light_get_place(f->cache, f->gather, n), &f->rays->at[n * DIRECTIONS]);
+  for (size_t n = begin; n < end; n++) {
+    const np_dvec3 place = np_ground_light_get_place(f->cache, f->gather, n);
+    if (np_tile_meets_point(&f->cache->fold, place, f->cache->spacing_m))
+      f->cache->points[n] = gather_at(f, place, &f->rays->at[n * DIRECTIONS]);
+  }
   return NEPH_OK;
 }
 
@@ -163,7 +167,9 @@ static void place(const np_cloud_gather *g, np_ground_light *c) {
   const double ground = np_cloud_gather_ground(g, middle[0], middle[1]).z;
   const double reach = reach_heights * fmax(high.z - ground, 1.0);
   const double low_m[2] = {low.x, low.y};
-  double width[2] = {high.x - low.x + 2.0 * reach, high.y - low.y + 2.0 * reach};
+  const double beyond = g->fold.period_m > 0.0 ? 0.0 : 2.0 * reach;
+  double width[2] = {high.x - low.x + beyond, high.y - low.y + beyond};
+  c->fold = g->fold;
   for (int a = 0; a < 2; a++) {
     c->period_m[a] = g->period_m[a];
     if (c->period_m[a] > 0.0) width[a] = c->period_m[a];
@@ -233,6 +239,7 @@ void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
   NP_CACHE_WRITE(entry, cache->origin_m);
   NP_CACHE_WRITE(entry, cache->spacing_m);
   NP_CACHE_WRITE(entry, cache->period_m);
+  NP_CACHE_WRITE(entry, cache->fold);
   NP_CACHE_WRITE(entry, cache->fade);
   np_cache_write(entry, cache->points, np_ground_light_count_points(cache) * sizeof *cache->points);
 }
@@ -243,14 +250,16 @@ static bool is_sound(const np_ground_light *cache) {
     if (cache->size[a] < 2 || cache->size[a] > POINTS_MAX + 1 || !isfinite(cache->origin_m[a]) ||
         !(cache->period_m[a] >= 0.0 && isfinite(cache->period_m[a])))
       return false;
-  return cache->spacing_m > 0.0 && isfinite(cache->spacing_m) && np_cache_are_finite(cache->fade, NP_INSTANCES_MAX);
+  return cache->spacing_m > 0.0 && isfinite(cache->spacing_m) && np_tile_is_sound(&cache->fold) &&
+         np_cache_are_finite(cache->fade, NP_INSTANCES_MAX);
 }
 
 bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_ground_light *out) {
   uint64_t is_of_fire;
   *out = (np_ground_light){.context = context};
   if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->origin_m) ||
-      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->fade))
+      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) ||
+      !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->fade))
     return false;
   if (!np_cache_read_check(entry, is_of_fire <= 1 && is_sound(out))) return false;
   out->is_of_fire = is_of_fire;
@@ -271,6 +280,8 @@ static float compute_left(const np_ground_light *c, const double position[2]) {
 }
 
 np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 position) {
+  const bool is_folded = c->fold.period_m > 0.0;
+  if (is_folded) position = np_transport_fold_match(&c->fold, position);
   const double p[2] = {position.x, position.y};
   int32_t lower[2];
   float w[2], rim = 1.0f;
@@ -281,7 +292,7 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
     const double last = c->size[a] - 1, u = np_clamp((at - c->origin_m[a]) / c->spacing_m, 0.0, last);
     lower[a] = (int32_t)u < c->size[a] - 2 ? (int32_t)u : c->size[a] - 2;
     w[a] = (float)(u - lower[a]);
-    if (!is_wrapped) rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));
+    if (!is_wrapped && !is_folded) rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));
   }
   const float added = c->is_of_fire ? compute_left(c, p) : rim;
   np_ground_light_value out = {.open = np_spectrum_grey(1.0f - rim)};

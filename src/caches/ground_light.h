@@ -30,6 +30,7 @@ typedef struct np_ground_light {
   bool is_of_fire;
   double origin_m[2], spacing_m;
   double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
+  np_transport_fold fold;        /* tiles of which the points cover one; a period of 0: none */
   np_ground_light_value *points; /* x fastest */
   float fade[NP_INSTANCES_MAX];  /* share of each cloud's optical depth that attenuates sunlight: its forward peak
                                     counts as unscattered */

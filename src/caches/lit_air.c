@@ -6,6 +6,7 @@
 #include "atmosphere/atmosphere_private.h"
 #include "atmosphere/sky_along.h"
 #include "caches/fire_rays.h"
+#include "caches/tile_points.h"
 #include "core/alloc.h"
 #include "core/units.h"
 
@@ -75,7 +76,9 @@ static void place(const np_cloud_gather *g, np_lit_air *a) {
   const double ground = fmin(np_cloud_gather_ground(g, middle[0], middle[1]).z, low.z);
   const double reach = np_lit_air_get_reach(high.z - ground, false);
   const double low_m[2] = {low.x, low.y};
-  double width[2] = {high.x - low.x + 2.0 * reach, high.y - low.y + 2.0 * reach};
+  const double beyond = g->fold.period_m > 0.0 ? 0.0 : 2.0 * reach;
+  double width[2] = {high.x - low.x + beyond, high.y - low.y + beyond};
+  a->fold = g->fold;
   for (int n = 0; n < 2; n++) {
     a->period_m[n] = g->period_m[n];
     if (a->period_m[n] > 0.0) width[n] = a->period_m[n];
@@ -245,6 +248,11 @@ static np_dvec3 get_point(const np_lit_air *a, size_t n, int *out_level) {
                        a->origin_m[1] + a->spacing_m * (double)(n / width % height), a->level_m[*out_level]);
 }
 
+/* Number of directions of a point; 0: look-ups do not meet it. */
+static unsigned count_directions(const air_fill *f, np_dvec3 point) {
+  return np_tile_meets_point(&f->out->fold, point, f->out->spacing_m) ? f->direction_count : 0;
+}
+
 static neph_result gather_points(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const air_fill *f = user;
@@ -253,7 +261,8 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
     const np_dvec3 point = get_point(f->out, n, &level);
     np_lit_air_value sum = {.way = {0}};
     fire_flux fires = {.way = {0}};
-    for (unsigned i = 0; i < f->direction_count; i++)
+    const unsigned count = count_directions(f, point);
+    for (unsigned i = 0; i < count; i++)
       add_flux(f, f->directions[i].gather.towards,
                compute_change(f, i, point, level, &f->rays[n * f->direction_count + i], &fires), &sum);
     if (f->gather->world->emission) {
@@ -289,7 +298,8 @@ static neph_result scatter_points(void *user, size_t begin, size_t end, unsigned
     int level;
     const np_dvec3 point = get_point(f->out, n, &level);
     f->next[n] = f->first[n];
-    for (unsigned i = 0; i < f->direction_count; i++) {
+    const unsigned count = count_directions(f, point);
+    for (unsigned i = 0; i < count; i++) {
       const even_direction *d = &f->directions[i];
       add_flux(f, d->gather.towards,
                np_lit_air_along(f->out, &d->air[level], d->gather.towards, point, &f->rays[n * f->direction_count + i],
@@ -415,6 +425,7 @@ void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry) {
   NP_CACHE_WRITE(entry, light->origin_m);
   NP_CACHE_WRITE(entry, light->spacing_m);
   NP_CACHE_WRITE(entry, light->period_m);
+  NP_CACHE_WRITE(entry, light->fold);
   NP_CACHE_WRITE(entry, light->level_m);
   np_cache_write(entry, light->points, count_points(light) * sizeof *light->points);
 }
@@ -427,7 +438,7 @@ static bool is_sound(const np_lit_air *light) {
       return false;
   for (int k = 0; k < LEVELS; k++)
     if (!isfinite(light->level_m[k]) || (k > 0 && !(light->level_m[k] > light->level_m[k - 1]))) return false;
-  return light->spacing_m > 0.0 && isfinite(light->spacing_m);
+  return np_tile_is_sound(&light->fold) && light->spacing_m > 0.0 && isfinite(light->spacing_m);
 }
 
 bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *out) {
@@ -435,7 +446,7 @@ bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *o
   *out = (np_lit_air){.context = context};
   if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->fall) ||
       !NP_CACHE_READ(entry, out->origin_m) || !NP_CACHE_READ(entry, out->spacing_m) ||
-      !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->level_m))
+      !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->level_m))
     return false;
   if (!np_cache_read_check(entry,
                            is_of_fire <= 1 && np_cache_are_finite(out->fall.band, NP_BAND_COUNT) && is_sound(out)))
@@ -455,7 +466,7 @@ static float locate(const np_lit_air *a, int axis, double x, int32_t *out_lower,
                u = np_clamp((x - turns * a->period_m[axis] - a->origin_m[axis]) / a->spacing_m, 0.0, last);
   *out_lower = (int32_t)u < a->size[axis] - 2 ? (int32_t)u : a->size[axis] - 2;
   *out_part = (float)(u - *out_lower);
-  return is_wrapped ? 1.0f : np_smoothstepf((float)(fmin(u, last - u) / (rim_share * last)));
+  return is_wrapped || a->fold.period_m > 0.0 ? 1.0f : np_smoothstepf((float)(fmin(u, last - u) / (rim_share * last)));
 }
 
 static int locate_level(const np_lit_air *a, double z, float *out_part) {
@@ -483,6 +494,7 @@ static np_spectrum approach(const np_lit_air *a, np_dvec3 *position) {
 }
 
 np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {
+  if (a->fold.period_m > 0.0) position = np_transport_fold_match(&a->fold, position);
   int32_t lower[2];
   float w[3];
   const np_spectrum left = a->is_of_fire ? approach(a, &position) : np_spectrum_grey(1.0f);

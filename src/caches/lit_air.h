@@ -30,6 +30,7 @@ typedef struct np_lit_air {
   np_spectrum fall; /* a fire's light falls off as the distance to the power of −fall beyond the lattice */
   double origin_m[2], spacing_m;
   double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
+  np_transport_fold fold;            /* tiles of which the points cover one; a period of 0: none */
   double level_m[NP_LIT_AIR_LEVELS]; /* heights, ascending */
   np_lit_air_value *points;          /* x fastest, then y, then the level */
 } np_lit_air;

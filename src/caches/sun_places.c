@@ -13,7 +13,7 @@
 static const double ratio_max = 1.5;
 
 /* Angles: rounding alone; the first tolerance of rotated places; the largest angle. */
-static const double least_rad = 1e-6, first_rad = NP_DEGREE, most_rad = 4.0;
+static const double least_rad = 1e-6, first_rad = 1.25 * NP_DEGREE, most_rad = 4.0;
 
 /* A place in terms of its lattice. */
 typedef struct side {
@@ -50,12 +50,14 @@ static unsigned search_nearest(const side *sides, const uint32_t *chosen, unsign
   return nearest;
 }
 
-/* Chooses places until each is near one of them; false where more than `limit` would be needed. */
+/* Chooses places, from the middle of the list on, which is the middle of a field of tiles, until each is near one of
+ * them; false where more than `limit` would be needed. */
 static bool choose_within(const side *sides, uint32_t place_count, double tolerance, unsigned limit, uint32_t *chosen,
                           unsigned *out_count) {
   double angle;
   *out_count = 0;
-  for (uint32_t i = 0; i < place_count; i++) {
+  for (uint32_t n = 0; n < place_count; n++) {
+    const uint32_t i = (n + place_count / 2) % place_count;
     if (search_nearest(sides, chosen, *out_count, &sides[i], tolerance, &angle) < *out_count) continue;
     if (*out_count == limit) return false;
     chosen[(*out_count)++] = i;

@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "frame/bias_measure.h"
 #include "image/image_private.h"
 #include "plan/stage_rules.h"
@@ -118,6 +119,16 @@ static double get_bias(const np_error_probe *p) {
   return (p->traced[0] - p->half[0]) * (p->traced[1] - p->half[1]) / (mean * mean);
 }
 
+/* Share of the scattering within a degree from which on a phase function has a peak: lobes of g = 0.85 have 0.006,
+ * droplets 0.2 to 0.35, crystals about a half. */
+static const double peak_share_least = 0.15;
+
+/* Light that the tracer may lack without rare paths, relative to all, and the mean square over pixels: 10 and 25 % of
+ * pixels under an altostratus of depth 3.4, whose mean over many more paths is that of the march. */
+static const double unmet_shift = 0.1, unmet_square = 0.06;
+
+enum { PEAK_STEPS = 64 };
+
 /* Relative difference of the tracer from the frame: its mean over the picture is the part of the bias that has one
  * sign, and is known to a percent where the square of a pixel's is not. */
 static double get_shift(const np_error_probe *p) { return 0.5 * (p->traced[0] + p->traced[1]) / get_mean(p) - 1.0; }
@@ -130,15 +141,44 @@ static neph_bounded add_squares(const neph_bounded *a, const neph_bounded *b) {
   return (neph_bounded){sqrt(square), sqrt(fmax(square - less, 0.0)), sqrt(square + more)};
 }
 
+/* Share of the scattering within a degree, in the middle band: by steps even in the versine's logarithm. */
+static double compute_peak(const np_phase *phase) {
+  const double low = log(1e-10), high = log(1.5e-4);
+  double sum = 0.0;
+  for (int n = 0; n < PEAK_STEPS; n++) {
+    const double versine = exp(low + (high - low) * (n + 0.5) / PEAK_STEPS);
+    sum += 2.0 * NP_PI * versine * (double)np_phase_eval_bands(phase, (float)versine).band[1];
+  }
+  return sum * (high - low) / PEAK_STEPS;
+}
+
+static bool has_peak(const np_frame *f) {
+  const np_instances *clouds = &f->assembly->packets[0].lights[0].world.clouds;
+  bool has = false;
+  for (unsigned i = 0; i < clouds->count; i++) has = has || compute_peak(&clouds->at[i].phase) > peak_share_least;
+  return has;
+}
+
+/* A peak sends much of the sunlight on within a degree. In thin clouds the paths that meet it are a tenth of all light
+ * and so bright that a few thousand paths hold one or none: without it the tracer is too dark. So a tracer that is
+ * darker than the march is known to no more than that. */
+static void doubt_darkness(np_bias_measure *measured) {
+  if (!(measured->shift.deviation > 0.0) || measured->shift.value >= 0.0) return;
+  measured->shift.deviation = hypot(measured->shift.deviation, unmet_shift);
+  measured->square.deviation = hypot(measured->square.deviation, unmet_square);
+}
+
 /* A measure that says less than the model is of no weight; without one the model is alone. */
-static neph_bounded estimate_bias(neph_context *context, const np_bias_model *model, const np_error_probes *probes,
+static neph_bounded estimate_bias(const np_frame *f, const np_bias_model *model, const np_error_probes *probes,
                                   bool *out_is_measured) {
+  neph_context *context = f->assembly->context;
   *out_is_measured = false;
   if (!(model->bias > 0.0)) return (neph_bounded){0.0, 0.0, 0.0};
   np_bias_measure measured = {{0.0, 0.0}, {0.0, 0.0}};
   if (probes->traced_count >= PROBES_MIN)
     measured = (np_bias_measure){average(probes, probes->traced_count, get_bias),
                                  average(probes, probes->traced_count, get_shift)};
+  if (has_peak(f)) doubt_darkness(&measured);
   *out_is_measured = measured.shift.deviation > 0.0 && measured.shift.deviation < 0.5 * model->bias;
   np_log(context, NEPH_LOG_DEBUG, "bias by the tracer: mean %.2g ± %.2g, square %.2g ± %.2g, of %u pixels; model %.2g",
          measured.shift.value, measured.shift.deviation, measured.square.value, measured.square.deviation,
@@ -249,7 +289,7 @@ neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_f
   if (!result && probes.pixel_count > 0.0) {
     const np_bias_model model = np_bias_model_make(f, plan);
     out->noise = estimate_noise(&probes, is_path, get_mean_samples(f));
-    out->bias = estimate_bias(f->assembly->context, &model, &probes, &out->is_bias_measured);
+    out->bias = estimate_bias(f, &model, &probes, &out->is_bias_measured);
     out->total = add_squares(&out->noise, &out->bias);
   }
   np_error_probes_clear(f, &probes);

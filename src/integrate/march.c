@@ -37,10 +37,16 @@ static void add_emission(np_march *m, double distance_end) {
 
 /* ---- Cells and steps ---- */
 
-/* Sets the opacity at which the next step ends, `share` of a step away. */
-static void set_knot(np_march *m, float share) {
+/* The longest step at a distance. Among the tiles of a field that repeats to the horizon it grows with the pixel, as if
+ * voxels were as large: a level ray would go through hundreds of them. */
+static float get_longest(const np_march *m, double at) {
+  return np_maxf(m->step_length_m, m->step_growth * (float)(m->ray->begin_m + at));
+}
+
+/* Sets the opacity at which the next step ends, `share` of a step away from a distance. */
+static void set_knot(np_march *m, float share, double at) {
   const float budget = np_step_budget(m->settings->tolerance, m->carry, m->field != NULL);
-  m->knot = (np_step_knot){.budget = share * share * share * budget, .distance = share * m->step_length_m};
+  m->knot = (np_step_knot){.budget = share * share * share * budget, .distance = share * get_longest(m, at)};
 }
 
 static void light_step(np_march *m) {
@@ -63,9 +69,10 @@ static void close_step(np_march *m) {
 static void break_step(np_march *m) {
   if (m->step.count == 0) return;
   const float gone = np_cbrtf_rough(m->knot.hiding * m->knot.bound * m->knot.bound / m->knot.budget);
+  const double end = m->step.begin + (double)m->step.length;
   close_step(m);
   np_march_forget_sun(m);
-  set_knot(m, np_clampf(1.0f - gone, 0.1f, 1.0f));
+  set_knot(m, np_clampf(1.0f - gone, 0.1f, 1.0f), end);
 }
 
 /* Gathers a piece of constant extinction, of which steps count `hiding` a metre, and `bound` at the cell's densest
@@ -91,7 +98,7 @@ static void pass_piece(np_march *m, const np_ray_intervals *all, const np_ray_in
     length -= part;
     if (!is_knot) continue;
     close_step(m);
-    set_knot(m, 1.0f);
+    set_knot(m, 1.0f, begin);
   }
 }
 
@@ -368,7 +375,9 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
     m.to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
     (m.field ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_approximation))(&m);
     m.step_length_m = compute_step_length(&m, &all);
-    set_knot(&m, ray->jitter);
+    const bool has_tiles = m.field && np_scattering_field_get_fold(m.field)->period_m > 0.0;
+    m.step_growth = has_tiles ? settings->step_voxels * ray->spread_rad : 0.0f;
+    set_knot(&m, ray->jitter, 0.0);
     np_ray_interval s;
     while (m.carry > 0.0f && np_ray_intervals_next(&all, &s)) cross(&m, &all, &s);
     close_step(&m);

@@ -32,7 +32,8 @@ typedef struct np_march {
   float transmittance;
   np_step step;        /* being gathered */
   np_step_knot knot;   /* where it ends */
-  float step_length_m; /* length of the longest step */
+  float step_length_m; /* length of the longest step near the camera */
+  float step_growth;   /* its growth with distance, a length over a length */
   np_integrator_sample *out;
 
   const np_scattering_field *field;    /* solution of the multiple scattering; NULL: an approximation is used */

@@ -118,7 +118,8 @@ typedef struct solution {
 } solution;
 
 static void sample_solution(np_march *m, const np_step *s, np_dvec3 position, solution *out) {
-  out->is_prepared = m->viewer_light && m->ray->begin_m + np_step_middle(s) >= m->viewer_light->distance_min;
+  out->is_prepared = m->viewer_light && m->ray->begin_m + np_step_middle(s) >= m->viewer_light->distance_min &&
+                     np_scattering_field_holds(m->field, position);
   if (out->is_prepared) {
     np_scattering_field_gather_cells(m->field, position, &out->cells);
     return;

@@ -65,7 +65,10 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
                           np_scattering_desc *out) {
   const np_request detail = np_request_get_detail(&plan->request, scene);
   const neph_render_desc *desc = &detail.desc;
+  const double rays = (double)desc->width * desc->height * desc->sample_count;
+  const double met = rays_per_ray_to_clouds * np_plan_count_rays_to(&detail, scene, low, high);
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
+  const double emptiness = np_plan_choose_fold(scene, &low, &high, &out->cells.fold);
   np_scattering_desc_set_memory(out, plan->savings.light_bytes_max);
   out->cells.cell_depth_max = scene->render.light_depth;
   out->tolerance = scene->render.light_residual;
@@ -74,10 +77,8 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
   out->cells.bounds_min = low;
   out->cells.bounds_max = high;
   out->cells.edge_min_m = np_plan_get_light_edge(&plan->request, scene, low, high);
-  if (desc->integrator != NEPH_INTEGRATOR_MARCH) return;
-  const double rays = (double)desc->width * desc->height * desc->sample_count;
-  np_scattering_desc_set_rays(out,
-                              fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(&detail, scene, low, high)));
+  if (desc->integrator == NEPH_INTEGRATOR_MARCH) np_scattering_desc_set_rays(out, fmin(rays, met));
+  out->cells.cell_count_max = (size_t)(emptiness * (double)out->cells.cell_count_max);
 }
 
 /* Clouds as the choice of cells needs them: bounds, voxel size, and largest extinction. */

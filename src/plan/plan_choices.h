@@ -19,6 +19,10 @@ struct np_scattering_desc;
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
                           struct np_scattering_desc *out);
 
+/* Chooses the tile of a field that repeats on the sphere, and the box of its cells in place of that of all tiles: the
+ * period is 0 where there is none. Returns the box's area over that of its cells. */
+double np_plan_choose_fold(const neph_scene *scene, np_dvec3 *low, np_dvec3 *high, np_transport_fold *out);
+
 /* The clouds that need no solution, by the directions of the lights and the outlines of the clouds. */
 np_left_out np_plan_choose_left_out(const np_plan *plan, const neph_scene *scene);
 

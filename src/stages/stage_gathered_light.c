@@ -225,7 +225,9 @@ static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_clou
                                          in->part.scene->render.light_residual >= NP_SCATTERING_ROUGH,
                             .bounds_max = np_dvec3_add(in->clouds->high, voxel),
                             .period_m = {np_instances_compute_period(&in->world->clouds, 0),
-                                         np_instances_compute_period(&in->world->clouds, 1)}};
+                                         np_instances_compute_period(&in->world->clouds, 1)},
+                            .fold = *np_scattering_field_get_fold(in->scattering)};
+  if (gather.fold.period_m > 0.0) np_scattering_field_bound(in->scattering, &gather.bounds_min, &gather.bounds_max);
   np_cloud_gather_init(&gather);
   np_cloud_light *light = np_alloc(in->context, 1, sizeof *light);
   if (!light) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -166,6 +166,7 @@ static neph_result add_response(neph_context *context, node_responses *list, np_
 
 /* The square, at a level past the box, that a place is in; false: light of the box does not reach it. */
 static bool locate_square(const border_fill *f, np_border_way way, np_dvec3 place, uint32_t *out) {
+  if (f->grid->fold.period_m > 0.0) place = np_transport_fold_match(&f->grid->fold, place);
   double at[2] = {place.x, place.y};
   uint32_t cell[2];
   for (int a = 0; a < 2; a++) {

@@ -170,9 +170,11 @@ static void set_direction(np_first_rays *r, np_vec3 to_sun, double length) {
   r->step_m = fmin(r->step_m, 0.5 * even_m);
 }
 
-neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band, unsigned broad_degree,
+neph_result np_transport_grid_light(const np_world *world, const np_sun_optical_depth_source *depths,
+                                    np_monitor *monitor, unsigned band, unsigned broad_degree,
                                     np_transport_grid *grid) {
-  np_first_rays r = {.world = world, .monitor = monitor, .grid = grid};
+  np_first_rays r = {
+      .world = world, .depths = grid->fold.period_m > 0.0 ? depths : NULL, .monitor = monitor, .grid = grid};
   const double length = (double)np_vec3_length(world->to_sun);
   const bool has_broad = broad_degree < grid->degree;
   if (!(length > 0.0)) return NEPH_OK;

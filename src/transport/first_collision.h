@@ -31,6 +31,7 @@ typedef struct np_first_surplus {
 /* Parallel rays start on every face that the sun shines on, at the points of a lattice, each for an equal area. */
 typedef struct np_first_rays {
   const np_world *world;
+  const np_sun_optical_depth_source *depths; /* depths before active cells; NULL: rays start in full sunlight */
   np_monitor *monitor;
   np_transport_grid *grid;
   np_first_medium media[NP_FIRST_MEDIA];

@@ -298,10 +298,25 @@ static void cross_step(collision_ray *r, const collision_block *b, int k) {
   c->length_m += length;
 }
 
+/* Sets the power of a ray that enters the cells of one tile from its neighbours, which hold none. */
+static void dim(collision_ray *r, double t) {
+  static const float depth_max = 16.0f;
+  const np_first_rays *all = r->all;
+  const double *d = all->direction;
+  const np_dvec3 position = np_dvec3_make(r->start[0] + t * d[0], r->start[1] + t * d[1], r->start[2] + t * d[2]);
+  const np_vec3 to_sun = np_vec3_make((float)-d[0], (float)-d[1], (float)-d[2]);
+  for (unsigned m = 0; m < all->media_count; m++) {
+    const float depth = all->depths->get(all->depths->user, position, to_sun, all->media[m].scale, depth_max);
+    r->power[m] = r->weight * 0x1p32 * (double)np_transmittance(depth);
+  }
+}
+
 /* False where the ray has ended: too little is left of it. */
 static bool cross_steps(collision_ray *r, const collision_block *b) {
   const double least = r->weight * 0x1p14;
   for (int k = 0; k < b->count; k++) {
+    if (r->all->depths && b->active[k] >= 0 && r->crossing.active < 0)
+      dim(r, b->middle_m[k] - 0.5 * (double)b->length_m[k]);
     if (b->active[k] != r->crossing.active) change_cell(r, b->active[k]);
     if (b->active[k] >= 0) cross_step(r, b, k);
     if (!(r->power[0] > least || r->power[1] > least)) return false;

@@ -158,6 +158,7 @@ static neph_result add_cells(neph_context *context, const np_world *world, const
   if (result) return result;
   for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
   np_transport_grid_clear(&grid);
+  if (desc->cells.fold.period_m > 0.0) NP_HASH_ADD(hash, desc->cells.fold);
   return NEPH_OK;
 }
 

@@ -42,6 +42,14 @@ np_spectrum np_scattering_field_get_outgoing(const np_scattering_field *field, c
   return field->lookup->get_outgoing(field, moments, outgoing);
 }
 
+const np_transport_fold *np_scattering_field_get_fold(const np_scattering_field *field) { return &field->grid.fold; }
+
+void np_scattering_field_bound(const np_scattering_field *field, np_dvec3 *out_low, np_dvec3 *out_high) {
+  const np_transport_grid *g = &field->grid;
+  *out_low = np_dvec3_make(g->edge_m[0][0], g->edge_m[1][0], g->edge_m[2][0]);
+  *out_high = np_dvec3_make(g->edge_m[0][g->size[0]], g->edge_m[1][g->size[1]], g->edge_m[2][g->size[2]]);
+}
+
 size_t np_scattering_field_count_cells(const np_scattering_field *field) { return field->grid.active_count; }
 
 np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width) {

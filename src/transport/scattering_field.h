@@ -14,6 +14,7 @@
 #include "core/parallel.h"
 #include "transport/ordinates.h"
 #include "transport/peak_column.h"
+#include "transport/transport_fold.h"
 #include "world/world.h"
 
 typedef struct np_scattering_field np_scattering_field;
@@ -29,6 +30,7 @@ typedef struct np_transport_desc {
   double cell_depth_max;  /* depth of a cell, (1−g)·σ·edge, where the memory allows */
   double edge_min_m;      /* no cells are smaller, whatever their depth; 0: no limit */
   double thickness_m;     /* typical thickness of the clouds; 0: it is measured */
+  np_transport_fold fold; /* tiles of which one is solved for; a period of 0: all clouds are */
   bool has_viewer;
   np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */
   np_dvec3 viewer_reach; /* … and its size; 0: one viewer */
@@ -202,6 +204,18 @@ np_spectrum np_scattering_field_get_outgoing(const np_scattering_field *field, c
 
 /* ---- The same by cells, for light that is prepared for one viewer ---- */
 
+/* Tiles of which the cells hold one; a period of 0: the cells hold all clouds. */
+const np_transport_fold *np_scattering_field_get_fold(const np_scattering_field *field);
+
+/* World box of its cells. */
+void np_scattering_field_bound(const np_scattering_field *field, np_dvec3 *out_low, np_dvec3 *out_high);
+
+/* Whether the cells around a place are those of the place itself, and not of its match in another tile. */
+static inline bool np_scattering_field_holds(const np_scattering_field *field, np_dvec3 position) {
+  const np_transport_fold *fold = np_scattering_field_get_fold(field);
+  return !(fold->period_m > 0.0) || np_transport_fold_is_within(fold, position, 0.0);
+}
+
 size_t np_scattering_field_count_cells(const np_scattering_field *field);
 np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width);
 
@@ -209,7 +223,7 @@ np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t c
  * negative. */
 void np_scattering_field_fill_cell(const np_scattering_field *field, size_t cell, np_vec3 direction, float *out);
 
-/* Cells around a point, and their shares in it. */
+/* Cells around a point that they hold, and their shares in it. */
 typedef struct np_scattering_cells {
   unsigned count;
   int32_t cell[8];

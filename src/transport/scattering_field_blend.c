@@ -37,6 +37,7 @@ static neph_result copy_grid(const np_transport_grid *from, np_transport_grid *t
   }
   const size_t cells = (size_t)from->size[0] * from->size[1] * from->size[2];
   to->is_fine = from->is_fine;
+  to->fold = from->fold;
   to->degree = from->degree;
   to->active_count = from->active_count;
   to->cell = copy_block(context, from->cell, from->active_count, sizeof *to->cell);
@@ -145,6 +146,7 @@ neph_result np_scattering_field_blend(const np_scattering_blend *desc, const np_
   out->quality = get_worst(first, desc->fields[1]);
   neph_result result = np_scattering_field_build_phases(world, first->grid.degree, out);
   if (!result) result = copy_grid(&first->grid, &out->grid);
+  if (!result && out->grid.fold.period_m > 0.0) np_fold_light_fill(world, &out->grid.fold, &out->fold_light);
   if (!result) result = allocate(out, first->delta_m_residual != NULL);
   if (!result) {
     choose_scales(&b);

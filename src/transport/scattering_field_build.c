@@ -329,6 +329,7 @@ static void finish(np_scattering_solver *s) {
   s->out->grid = s->levels[0].grid;
   s->levels[0].grid = (np_transport_grid){.context = s->context};
   s->out->medium.has_delta_m_residual = s->out->delta_m_residual;
+  if (s->out->grid.fold.period_m > 0.0) np_fold_light_fill(s->world, &s->out->grid.fold, &s->out->fold_light);
   report(s->world, s->desc->tolerance, s->out);
 }
 

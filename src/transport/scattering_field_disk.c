@@ -13,6 +13,8 @@ typedef struct field_header {
   uint32_t degree, band_count, sweeps;
   uint64_t active_count;
   double even_m[3], residual, error;
+  np_transport_fold fold;
+  np_fold_light fold_light;
   float colour[NP_BAND_COUNT], scale[NP_BAND_COUNT];
   uint8_t is_wrapped[3], is_fine, has_delta_m_residual, has_importance, padding[2];
 } field_header;
@@ -27,6 +29,8 @@ static field_header fill_header(const np_scattering_field *field) {
                     .band_count = field->medium.band_count,
                     .sweeps = field->sweeps,
                     .active_count = g->active_count,
+                    .fold = g->fold,
+                    .fold_light = field->fold_light,
                     .residual = field->quality.residual,
                     .error = field->quality.error,
                     .is_fine = g->is_fine,
@@ -59,8 +63,12 @@ void np_scattering_field_save(const np_scattering_field *field, np_cache_entry *
 
 static void take_header(const field_header *h, np_scattering_field *field) {
   np_transport_grid *g = &field->grid;
-  *g = (np_transport_grid){
-      .context = field->context, .degree = h->degree, .active_count = (size_t)h->active_count, .is_fine = h->is_fine};
+  *g = (np_transport_grid){.context = field->context,
+                           .degree = h->degree,
+                           .active_count = (size_t)h->active_count,
+                           .is_fine = h->is_fine,
+                           .fold = h->fold};
+  field->fold_light = h->fold_light;
   for (int a = 0; a < 3; a++) {
     g->size[a] = h->size[a];
     g->even_m[a] = h->even_m[a];
@@ -82,8 +90,9 @@ static bool is_sound(const field_header *h) {
   if (count == 0 || count > cells_max || h->active_count > count) return false;
   return h->degree >= 1 && h->degree <= NP_DEGREE_MAX && (h->band_count == 1 || h->band_count == NP_BAND_COUNT) &&
          np_cache_are_doubles_finite(h->even_m, 3) && h->even_m[0] >= 0.0 && h->even_m[1] >= 0.0 &&
-         h->even_m[2] >= 0.0 && np_cache_are_finite(h->colour, NP_BAND_COUNT) &&
-         np_cache_are_finite(h->scale, NP_BAND_COUNT);
+         h->even_m[2] >= 0.0 &&
+         np_cache_are_doubles_finite(&h->fold.period_m, sizeof h->fold / sizeof h->fold.period_m) &&
+         np_cache_are_finite(h->colour, NP_BAND_COUNT) && np_cache_are_finite(h->scale, NP_BAND_COUNT);
 }
 
 static bool are_ascending(const double *edge_m, int32_t cells) {

@@ -3,6 +3,7 @@
 #ifndef NP_TRANSPORT_SCATTERING_FIELD_PRIVATE_H
 #define NP_TRANSPORT_SCATTERING_FIELD_PRIVATE_H
 
+#include "transport/fold_light.h"
 #include "transport/scattering_field.h"
 #include "transport/transport_grid.h"
 
@@ -22,6 +23,7 @@ struct np_scattering_field {
   np_scattering_quality quality;
   np_scaled_phase *phases; /* phase function of each cloud; equal ones share their table */
   np_transport_grid grid;
+  np_fold_light fold_light; /* light of the other tiles, where the grid has a fold */
   uint16_t
       *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on
                  */

@@ -37,15 +37,28 @@ static void average_residual(const np_scattering_field *f, const int32_t active[
   }
 }
 
+/* The place whose light a place has. */
+static np_dvec3 match(const np_scattering_field *f, np_dvec3 position) {
+  return f->grid.fold.period_m > 0.0 ? np_transport_fold_match(&f->grid.fold, position) : position;
+}
+
+/* Factors of the moments of each band. */
+static void fill_scales(const np_scattering_field *f, np_dvec3 position, float out[NP_BAND_COUNT]) {
+  float gain[NP_BAND_COUNT] = {1.0f, 1.0f, 1.0f};
+  if (f->grid.fold.period_m > 0.0) np_fold_light_get(&f->fold_light, &f->grid.fold, position, gain);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) out[b] = f->scale[b] * gain[b];
+}
+
 static inline void add_cells(const np_scattering_field *f, np_dvec3 position, unsigned width, np_light_moments *out) {
   int32_t active[8];
-  float weight[8];
-  const unsigned count = np_transport_grid_get_corners(&f->grid, position, active, weight);
+  float weight[8], scale[NP_BAND_COUNT];
+  const unsigned count = np_transport_grid_get_corners(&f->grid, match(f, position), active, weight);
+  fill_scales(f, position, scale);
   const unsigned harmonics = width / f->medium.band_count;
   for (unsigned first = 0; first < width; first += LANES) {
     float lanes[LANES] = {0.0f};
     for (unsigned c = 0; c < count; c++) add_moments(f->moments + (size_t)active[c] * width + first, weight[c], lanes);
-    for (unsigned k = 0; k < LANES; k++) out->value[first + k] = f->scale[first / harmonics] * lanes[k];
+    for (unsigned k = 0; k < LANES; k++) out->value[first + k] = scale[first / harmonics] * lanes[k];
   }
   average_residual(f, active, weight, count, out->delta_m_residual);
 }
@@ -108,7 +121,7 @@ static void fill_cell(const np_scattering_field *f, size_t cell, np_vec3 directi
 static bool get_importance(const np_scattering_field *f, np_dvec3 position, np_importance *out) {
   int32_t active[8];
   float weight[8];
-  const unsigned count = np_transport_grid_get_corners(&f->grid, position, active, weight);
+  const unsigned count = np_transport_grid_get_corners(&f->grid, match(f, position), active, weight);
   *out = (np_importance){0};
   for (unsigned c = 0; c < count; c++) {
     const np_importance *cell = &f->importance[active[c]];

@@ -226,7 +226,8 @@ neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
   np_monitor_set_stage(s->monitor, "lighting clouds");
   np_ground_columns_clear(s->context, &s->ground);
   if (!result) result = np_ground_columns_fill(finest, s->world, s->depths, s->fade, s->monitor, &s->ground);
-  if (!result) result = np_transport_grid_light(s->world, s->monitor, s->band, s->broad->ordinates.degree, finest);
+  if (!result)
+    result = np_transport_grid_light(s->world, s->depths, s->monitor, s->band, s->broad->ordinates.degree, finest);
   if (!result && is_fine(s)) result = add_coarser(s);
   if (!result && is_resolved(s)) result = add_broad(s);
   while (!result && s->level_count < NP_SCATTERING_LEVELS_MAX &&

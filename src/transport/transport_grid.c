@@ -98,6 +98,8 @@ static void average_cell(const grid_fill *f, const int32_t at[3]) {
     points[a] = (int32_t)np_clamp(ceil(width[a] / f->voxel_m[a] - 0.01), 1.0, 4.0);
   }
   const float weight = 1.0f / (float)(points[0] * points[1] * points[2]);
+  const np_dvec3 middle = np_transport_grid_centre(g, (int32_t)cell);
+  if (g->fold.period_m > 0.0 && !np_transport_fold_is_within(&g->fold, middle, g->fold.margin_m)) return;
   const bool is_clear =
       f->world->clouds.places ? list_places(f, low, width, &in) == 0 : is_empty(&f->world->clouds, low, width);
   for (int32_t k = 0; k < points[2] && !is_clear; k++)

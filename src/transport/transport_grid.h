@@ -23,9 +23,10 @@ typedef struct np_transport_grid {
   bool has_ground;    /* some cells may be ground, or ground is close below them; all cells below ground are ground */
   bool is_fine;       /* light is iterated on cells twice as wide */
   bool is_flat;       /* the clouds are an eighth as thick as their box is wide, or less */
-  unsigned degree;    /* N: of the harmonics that light is resolved into */
-  int32_t *active;    /* index of each cell among the active ones; negative for empty cells and ground */
-  int32_t *cell;      /* place of each active cell */
+  np_transport_fold fold; /* tiles of which the cells hold one; a period of 0: none */
+  unsigned degree;        /* N: of the harmonics that light is resolved into */
+  int32_t *active;        /* index of each cell among the active ones; negative for empty cells and ground */
+  int32_t *cell;          /* place of each active cell */
   size_t active_count;
   float *extinction;             /* scaled, 1/m, the mean of the interpolated field */
   float *transport_depth;        /* transport mean free paths across each active cell, none limited; NULL: unknown */
@@ -86,9 +87,10 @@ neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band
                                             const np_transport_grid *fine, np_transport_grid *out);
 
 /* Traces the sun's rays and fills `first_collision_source`; if `broad_degree` is lower than the grid's, also
- * `low_order_source` of a medium of that degree, and `delta_m_residual`. */
-neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band, unsigned broad_degree,
-                                    np_transport_grid *grid);
+ * `low_order_source` of a medium of that degree, and `delta_m_residual`. `depths` is that of the clouds beyond the
+ * cells of one tile. */
+neph_result np_transport_grid_light(const np_world *world, const np_sun_optical_depth_source *depths,
+                                    np_monitor *monitor, unsigned band, unsigned broad_degree, np_transport_grid *grid);
 
 /* Cells of two of the old along each axis. False where a side is odd: then there is none, and `out` is untouched. */
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out);

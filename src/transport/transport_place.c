@@ -450,7 +450,7 @@ static neph_result place_column(const np_world *world, const even_axis axes[3], 
 
 neph_result np_transport_grid_place(neph_context *context, const np_world *world, const np_transport_desc *desc,
                                     np_transport_grid *out) {
-  *out = (np_transport_grid){.context = context};
+  *out = (np_transport_grid){.context = context, .fold = desc->fold};
   even_axis axes[3];
   const grading g = choose_axes(world, desc, axes, &out->is_fine);
   const int column = search_column_axis(axes);

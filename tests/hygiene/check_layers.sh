@@ -54,7 +54,7 @@ door='transport/scattering_field\.h'
 bad=$(grep -rnE '^#include "transport/' src --include='*.[ch]' | grep -v '^src/transport/' | grep -vE "\"$door\"" || true)
 [ -z "$bad" ] || complain "outside src/transport only scattering_field.h of it is included: $bad"
 bad=$(grep -nE '^#include "transport/' src/transport/scattering_field.h |
-  grep -vE '"transport/(ordinates|peak_column)\.h"' || true)
+  grep -vE '"transport/(ordinates|peak_column|transport_fold)\.h"' || true)
 [ -z "$bad" ] || complain "a public header of src/transport includes a private one: $bad"
 
 for folder in cli samples; do
