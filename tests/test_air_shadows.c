@@ -227,8 +227,7 @@ static void a_beam_is_scattered_as_sunlight(void **state) {
     const np_dvec3 at = np_dvec3_make(3000.0, 1000.0, lit.level_m[k]);
     const np_spectrum beam =
         np_spectrum_multiply(np_atmosphere_transmittance_to_sun(air, at, b.base.world.to_sun, 0.0f), b.sky->irradiance);
-    for (int n = 0; n < 4; n++)
-      points[4 * k + n] = (np_lit_air_value){.upper = beam, .beam = beam, .way = b.base.world.to_sun};
+    for (int n = 0; n < 4; n++) points[4 * k + n] = (np_lit_air_value){.beam = beam, .way = b.base.world.to_sun};
   }
   b.base.world.atmosphere = air;
   b.lit_air = &lit;
@@ -237,6 +236,35 @@ static void a_beam_is_scattered_as_sunlight(void **state) {
     const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f - 0.35f * (float)i, 0.01f + 0.1f * (float)i));
     for (int band = 0; band < 3; band++)
       assert_near_relative((double)get_change(&b, d, 4e3).added.band[band], compute_first(&b, d, 4e3, band), 0.01);
+  }
+  clear_block(&b);
+}
+
+/* Air to which clouds leave none of the sky's and the ground's light has the sun's light of the first order alone, in
+ * whatever direction the rest of it was scattered. 1e-3: the clear light is not even, and is taken as a share. */
+static void air_without_sky_and_ground_has_no_higher_order(void **state) {
+  neph_atmosphere *air = *state;
+  block b;
+  place_block(&b, air);
+  np_lit_air_value points[4 * NP_LIT_AIR_LEVELS];
+  np_lit_air lit = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) {
+    lit.level_m[k] = 1000.0 * k;
+    lit.clear[k] = (np_clear_flux){np_spectrum_grey(0.4f), np_spectrum_grey(0.2f)};
+    for (int n = 0; n < 4; n++)
+      points[4 * k + n] = (np_lit_air_value){.upper = np_spectrum_grey(-0.4f), .lower = np_spectrum_grey(-0.2f)};
+  }
+  b.base.world.atmosphere = air;
+  b.lit_air = &lit;
+  cast(&b, 120);
+  for (int i = 0; i < 3; i++) {
+    const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f - 0.35f * (float)i, 0.01f + 0.1f * (float)i));
+    const np_sky_ray ray = np_sky_ray_start(b.sky, d);
+    np_spectrum first;
+    const np_spectrum all = np_sky_ray_get_air(&ray, 4e3, &first).inscatter;
+    for (int band = 0; band < 3; band++)
+      assert_near_relative((double)get_change(&b, d, 4e3).added.band[band], (double)(first.band[band] - all.band[band]),
+                           1e-3);
   }
   clear_block(&b);
 }
@@ -319,6 +347,7 @@ int main(void) {
       cmocka_unit_test(beside_the_shadow_nothing_is_lost),
       cmocka_unit_test(clouds_light_the_air_around_them),
       cmocka_unit_test(a_beam_is_scattered_as_sunlight),
+      cmocka_unit_test(air_without_sky_and_ground_has_no_higher_order),
       cmocka_unit_test(even_light_is_scattered_without_a_phase_function),
       cmocka_unit_test(aerosols_scatter_forward_from_either_hemisphere),
       cmocka_unit_test(without_casters_nothing_is_kept),

@@ -159,8 +159,27 @@ np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_
   return np_bands_to_spectrum(np_bands_exp(-extinction * (float)length_m));
 }
 
+/* Mean cosines from which a beam has the aerosols' own phase function, with its peak: at the first the directions lie
+ * within some 14 degrees. */
+static const float narrow_from = 0.97f, narrow_all = 1.0f;
+
+/* Phase functions over the directions of a beam that spread as those of Henyey and Greenstein's function, whose l-th
+ * moment is the l-th power of its first: moments are multiplied. Of molecules these are 1 and, in the second degree, a
+ * tenth; aerosols are taken as Henyey and Greenstein's. */
+static float eval_molecules(const np_air_beam *beam) {
+  const float cosine = 1.0f - beam->versine, square = beam->mean_cosine * beam->mean_cosine;
+  return 0.25f / NP_PI_F * (1.0f + 0.5f * square * (1.5f * cosine * cosine - 0.5f));
+}
+
+static float eval_aerosol(const np_aerosol *aerosol, const np_air_beam *beam) {
+  const float narrow = np_smoothstepf((beam->mean_cosine - narrow_from) / (narrow_all - narrow_from));
+  const float g = np_clampf(beam->mean_cosine * aerosol->moment[1], -0.99f, 0.99f), cosine = 1.0f - beam->versine,
+              d = 1.0f + g * g - 2.0f * g * cosine, spread = 0.25f / NP_PI_F * (1.0f - g * g) / (d * sqrtf(d));
+  return np_mixf(spread, np_phase_eval(&aerosol->phase, beam->versine), narrow);
+}
+
 np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m,
-                              const np_hemisphere_shares *shares, float versine, np_spectrum *transmittance) {
+                              const np_hemisphere_shares *shares, const np_air_beam *beam, np_spectrum *transmittance) {
   const np_medium *medium = &atmosphere->medium;
   const double altitude_m = np_altitude(middle, medium->planet_radius_m);
   const float length = (float)length_m;
@@ -172,14 +191,13 @@ np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle
   const np_spectrum before = *transmittance;
   const np_spectrum seen = np_spectrum_scale(
       np_spectrum_multiply(before, np_bands_to_spectrum(np_bands_select(depth > 1e-2f, thick, thin))), length);
-  np_bands beam = np_phase_rayleigh_eval(1.0f - versine) * air.rayleigh;
-  for (int i = 0; i < medium->aerosol_count; i++)
-    beam += np_phase_eval(&medium->aerosol[i].phase, versine) * air.aerosol[i];
+  np_bands scattered = eval_molecules(beam) * air.rayleigh;
+  for (int i = 0; i < medium->aerosol_count; i++) scattered += eval_aerosol(&medium->aerosol[i], beam) * air.aerosol[i];
   const np_spectrum molecules = np_spectrum_scale(np_bands_to_spectrum(air.rayleigh), 0.25f / NP_PI_F),
                     aerosols = np_spectrum_scale(np_bands_to_spectrum(np_aerosol_sum(medium, &air, 0)), 0.5f / NP_PI_F);
   const np_spectrum upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
                     lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols));
   *transmittance = np_spectrum_multiply(before, np_bands_to_spectrum(end));
   return (np_air_cell){np_spectrum_multiply(seen, upper), np_spectrum_multiply(seen, lower),
-                       np_spectrum_multiply(seen, np_bands_to_spectrum(beam))};
+                       np_spectrum_multiply(seen, np_bands_to_spectrum(scattered))};
 }

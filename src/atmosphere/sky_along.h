@@ -31,9 +31,14 @@ typedef struct np_air_cell {
   np_spectrum upper, lower, beam;
 } np_air_cell;
 
-/* A cell as long as `length_m` of the air at its middle; the beam is scattered by an angle of versine `versine`.
- * `*transmittance`: of the air before it, and then behind it. */
+/* A beam: versine of the angle by which it is scattered, and mean cosine of its directions to their middle, 1 where
+ * they are one, 0 where they are spread all around. */
+typedef struct np_air_beam {
+  float versine, mean_cosine;
+} np_air_beam;
+
+/* A cell as long as `length_m` of the air at its middle. `*transmittance`: of the air before it, and then behind it. */
 np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m,
-                              const np_hemisphere_shares *shares, float versine, np_spectrum *transmittance);
+                              const np_hemisphere_shares *shares, const np_air_beam *beam, np_spectrum *transmittance);
 
 #endif

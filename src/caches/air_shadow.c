@@ -314,39 +314,49 @@ typedef struct loss_job {
   np_air_shadow *out;
 } loss_job;
 
-/* Radiance that the clouds' light in a cell of the air adds to a ray. */
-static np_spectrum scatter(const neph_atmosphere *air, np_dvec3 middle, double length_m, np_vec3 direction,
-                           const np_hemisphere_shares *shares, const np_lit_air_value *change,
-                           np_spectrum *transmittance) {
-  const float way = np_vec3_length(change->way);
-  const np_vec3 beam = way > 0.0f ? np_vec3_scale(change->way, 1.0f / way) : direction;
-  const np_air_cell cell =
-      np_air_cell_cross(air, middle, length_m, shares, np_vec3_versine(direction, beam), transmittance);
-  const np_spectrum even = np_spectrum_scale(change->beam, -1.0f), none = np_spectrum_grey(0.0f);
-  const np_spectrum upper = np_spectrum_add(change->upper, beam.z > 0.0f ? even : none),
-                    lower = np_spectrum_add(change->lower, beam.z > 0.0f ? none : even);
-  const np_spectrum both =
-      np_spectrum_add(np_spectrum_multiply(upper, cell.upper), np_spectrum_multiply(lower, cell.lower));
-  return np_spectrum_add(both, np_spectrum_multiply(change->beam, cell.beam));
+/* A cell of the air along a ray, and the radiance of the higher orders that clear air adds in it. */
+typedef struct ray_cell {
+  np_dvec3 middle;
+  double length_m;
+  np_vec3 direction;
+  np_spectrum higher;
+} ray_cell;
+
+/* Share of a loss of even light that counts: the true light of the higher orders over what it would be if it came
+ * evenly from each hemisphere. Towards the sun haze scatters several times as much. */
+static const float share_max = 8.0f;
+
+static np_spectrum compute_unevenness(const ray_cell *c, const np_air_cell *even, const np_clear_flux *clear) {
+  const np_spectrum whole =
+      np_spectrum_add(np_spectrum_multiply(clear->upper, even->upper), np_spectrum_multiply(clear->lower, even->lower));
+  np_spectrum share = np_spectrum_grey(1.0f);
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    if (whole.band[b] > 0.0f) share.band[b] = np_clampf(c->higher.band[b] / whole.band[b], 0.0f, share_max);
+  return share;
 }
 
-/* Light that the clouds add to the air along a node's ray, up to each plane; past the ray's end it stays constant. */
-static void add_node(const loss_job *job, size_t node, np_vec3 direction, const np_hemisphere_shares *shares) {
-  const np_air_visibility *v = job->visibility;
-  const double ground = (double)v->ground_m[node];
-  np_spectrum added = np_spectrum_grey(0.0f), transmittance = np_spectrum_grey(1.0f);
-  double begin = 0.0;
-  for (int c = 0; c < PLANES; c++) {
-    const double end = fmin(compute_plane(v->reach_m, c), ground);
-    if (c < CELLS && end > begin) {
-      const np_dvec3 middle = np_dvec3_along(v->rays.origin, direction, 0.5 * (begin + end));
-      const np_lit_air_value change = np_lit_air_get(job->lit_air, middle);
-      added = np_spectrum_add(
-          added, scatter(job->world->atmosphere, middle, end - begin, direction, shares, &change, &transmittance));
-    }
-    begin = end;
-    job->out->added[node * PLANES + (size_t)c] = added;
-  }
+/* Light of one hemisphere that a cell adds; a loss is a share of what the clear air has. */
+static np_spectrum scatter_half(np_spectrum change, np_spectrum even, np_spectrum unevenness) {
+  np_spectrum out = np_spectrum_multiply(change, even);
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    if (change.band[b] < 0.0f) out.band[b] *= unevenness.band[b];
+  return out;
+}
+
+/* Radiance that the clouds' light in a cell adds to a ray. */
+static np_spectrum scatter(const loss_job *job, const ray_cell *c, const np_hemisphere_shares *shares,
+                           np_spectrum *transmittance) {
+  const np_lit_air_value change = np_lit_air_get(job->lit_air, c->middle);
+  const np_clear_flux clear = np_lit_air_get_clear(job->lit_air, c->middle.z);
+  const float length = np_vec3_length(change.way);
+  const float cosine = length > 0.0f ? np_vec3_dot(c->direction, change.way) / length : 0.0f;
+  const np_air_beam beam = {np_clampf(1.0f - cosine, 0.0f, 2.0f), np_minf(length, 1.0f)};
+  const np_air_cell cell =
+      np_air_cell_cross(job->world->atmosphere, c->middle, c->length_m, shares, &beam, transmittance);
+  const np_spectrum unevenness = compute_unevenness(c, &cell, &clear);
+  const np_spectrum even = np_spectrum_add(scatter_half(change.upper, cell.upper, unevenness),
+                                           scatter_half(change.lower, cell.lower, unevenness));
+  return np_spectrum_add(even, np_spectrum_multiply(change.beam, cell.beam));
 }
 
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
@@ -356,7 +366,18 @@ static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT])
   }
 }
 
-/* Computes the losses of a node from plane to plane; past the ray's end they stay constant. */
+/* Light of the air up to a plane. */
+typedef struct air_sums {
+  np_spectrum first, all;
+} air_sums;
+
+static air_sums sum_air(const np_sky_ray *ray, double distance_m) {
+  air_sums sums;
+  sums.all = np_sky_ray_get_air(ray, distance_m, &sums.first).inscatter;
+  return sums;
+}
+
+/* Computes a node's changes from plane to plane; past the ray's end they stay constant. */
 static void lose_node(const loss_job *job, size_t node) {
   const np_air_visibility *v = job->visibility;
   const np_air_rays *r = &v->rays;
@@ -364,25 +385,26 @@ static void lose_node(const loss_job *job, size_t node) {
   const np_vec3 direction =
       compute_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
   const double ground = (double)v->ground_m[node];
-  uint16_t(*out)[NP_BAND_COUNT] = &job->out->visible_fraction[node * PLANES];
-  np_spectrum lost = np_spectrum_grey(0.0f), before = lost;
   const np_sky_ray ray = np_sky_ray_start(job->world->camera_sky, direction);
+  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
+  np_spectrum lost = np_spectrum_grey(0.0f), added = lost, transmittance = np_spectrum_grey(1.0f);
+  air_sums before = {lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
     const double end = fmin(compute_plane(v->reach_m, c), ground);
-    const bool is_past = c > 0 && !(end > begin);
-    const np_spectrum up_to = is_past ? before : compute_first_order(&ray, end);
+    const air_sums up_to = c > 0 && !(end > begin) ? before : sum_air(&ray, end);
     if (c < CELLS && end > begin) {
-      const float seen = v->seen[node * CELLS + (size_t)c];
-      lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to, before));
+      const np_spectrum first = np_spectrum_subtract(up_to.first, before.first),
+                        higher = np_spectrum_subtract(np_spectrum_subtract(up_to.all, before.all), first);
+      const ray_cell cell = {np_dvec3_along(r->origin, direction, 0.5 * (begin + end)), end - begin, direction, higher};
+      lost = np_spectrum_add_scaled(lost, 1.0f - v->seen[node * CELLS + (size_t)c], first);
+      if (job->out->added) added = np_spectrum_add(added, scatter(job, &cell, &shares, &transmittance));
     }
     before = up_to;
     begin = end;
-    keep(lost, up_to, out[c]);
+    keep(lost, up_to.first, job->out->visible_fraction[node * PLANES + (size_t)c]);
+    if (job->out->added) job->out->added[node * PLANES + (size_t)c] = added;
   }
-  if (!job->out->added) return;
-  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
-  add_node(job, node, direction, &shares);
 }
 
 static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thread) {

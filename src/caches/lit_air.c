@@ -161,11 +161,10 @@ static void add_fire(const air_fill *f, np_vec3 towards, np_spectrum radiance, f
   sum->way = np_vec3_add(sum->way, np_vec3_scale(towards, np_spectrum_mean(flux)));
 }
 
-/* The beam is the share of the light that the mean of its directions has as length: 0 from all around. */
 static void set_beam(const fire_flux *fires, np_lit_air_value *out) {
-  const float all = np_spectrum_mean(fires->flux), share = all > 0.0f ? np_vec3_length(fires->way) / all : 0.0f;
-  out->beam = np_spectrum_scale(fires->flux, np_minf(share, 1.0f));
-  out->way = fires->way;
+  const float all = np_spectrum_mean(fires->flux);
+  out->beam = fires->flux;
+  out->way = all > 0.0f ? np_vec3_scale(fires->way, 1.0f / all) : fires->way;
 }
 
 static np_fire_rays get_fire_rays(const air_fill *f) { return (np_fire_rays){f->gather, TO_EMISSION, TO_BOX}; }
@@ -176,8 +175,8 @@ static float weigh(const air_fill *f, np_dvec3 position, np_vec3 towards) {
   return np_fire_rays_weigh(&rays, position, towards, f->direction_count / (4.0 * NP_PI));
 }
 
-/* Change of the radiance along a direction by clouds and their shadows. Clouds and ground that the ray meets are
- * stored. */
+/* Change of the radiance along a direction by clouds and their shadows, but for light that goes to `fires`. Clouds and
+ * ground that the ray meets are stored. */
 static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec3 point, int level,
                                   np_gather_ray *out_ray, fire_flux *fires) {
   const np_cloud_gather *g = f->gather;
@@ -193,9 +192,11 @@ static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec
                              (float)end_m};
   const np_spectrum all = np_spectrum_add(view.light, view.emitted),
                     light = np_spectrum_scale(np_gather_air_dim(air, out_ray, all), weigh(f, origin, towards));
-  add_fire(f, towards, light, fires);
-  const np_spectrum change =
-      np_spectrum_add(light, np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction)));
+  np_spectrum change = np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction));
+  if (g->world->emission)
+    add_fire(f, towards, light, fires);
+  else
+    change = np_spectrum_add(change, light);
   if (!isfinite(end_m)) return change;
   const np_gather_ray to_ground = {.cloud_m = (float)end_m};
   const np_spectrum ground = np_gather_air_dim(air, &to_ground, compute_ground_change(f, &hit));
@@ -227,16 +228,14 @@ static bool trace_fire(const air_fill *f, np_dvec3 origin, unsigned i, np_vec3 *
 }
 
 /* Adds the flux along the rays towards fires. */
-static void add_fires(const air_fill *f, np_dvec3 point, int level, np_lit_air_value *sum, fire_flux *fires) {
+static void add_fires(const air_fill *f, np_dvec3 point, int level, fire_flux *fires) {
   for (unsigned i = 0;; i++) {
     const np_dvec3 origin = choose_origin(f, point, level, i);
     np_vec3 towards;
     np_spectrum light;
     if (!trace_fire(f, origin, i, &towards, &light)) return;
     if (np_spectrum_is_zero(light)) continue;
-    light = np_spectrum_scale(light, weigh(f, origin, towards));
-    add_flux(f, towards, light, sum);
-    add_fire(f, towards, light, fires);
+    add_fire(f, towards, np_spectrum_scale(light, weigh(f, origin, towards)), fires);
   }
 }
 
@@ -266,7 +265,7 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
       add_flux(f, f->directions[i].gather.towards,
                compute_change(f, i, point, level, &f->rays[n * f->direction_count + i], &fires), &sum);
     if (f->gather->world->emission) {
-      add_fires(f, point, level, &sum, &fires);
+      add_fires(f, point, level, &fires);
       set_beam(&fires, &sum);
     }
     f->first[n] = f->out->points[n] = sum;
@@ -284,8 +283,11 @@ np_spectrum np_lit_air_along(const np_lit_air *light, const np_gather_air *air, 
     const np_lit_air_value change = np_lit_air_get(light, np_dvec3_along(origin, towards, place));
     const np_spectrum upper = np_spectrum_subtract(air->up_to[c + 1].upper, air->up_to[c].upper),
                       lower = np_spectrum_subtract(air->up_to[c + 1].lower, air->up_to[c].lower);
-    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(upper, change.upper));
-    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(lower, change.lower));
+    const float up = 0.5f + 0.5f * change.way.z; /* the beam's share from above, as that of light spread around it */
+    const np_spectrum from_above = np_spectrum_add_scaled(change.upper, up, change.beam),
+                      from_below = np_spectrum_add_scaled(change.lower, 1.0f - up, change.beam);
+    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(upper, from_above));
+    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(lower, from_below));
   }
   return out;
 }
@@ -369,6 +371,17 @@ static void measure_fall(const air_fill *f) {
 
 /* ---- All of it ---- */
 
+/* Sums the clear air's light over the directions, from the lattice's middle. */
+static void sum_clear(const air_fill *f) {
+  for (int k = 0; k < LEVELS; k++) {
+    np_clear_flux *clear = &f->out->clear[k];
+    for (unsigned i = 0; i < f->direction_count; i++) {
+      np_spectrum *half = f->directions[i].gather.towards.z > 0.0f ? &clear->upper : &clear->lower;
+      *half = np_spectrum_add_scaled(*half, 4.0f * NP_PI_F / (float)f->direction_count, f->directions[i].air[k].clear);
+    }
+  }
+}
+
 static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *monitor) {
   const size_t count = count_points(f->out);
   np_monitor_set_stage(monitor, "lighting the air");
@@ -380,6 +393,7 @@ static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *m
     f->out->points = f->next;
     f->next = points;
   }
+  if (!result) sum_clear(f);
   if (!result && f->out->is_of_fire) measure_fall(f);
   return result;
 }
@@ -427,6 +441,7 @@ void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry) {
   NP_CACHE_WRITE(entry, light->period_m);
   NP_CACHE_WRITE(entry, light->fold);
   NP_CACHE_WRITE(entry, light->level_m);
+  NP_CACHE_WRITE(entry, light->clear);
   np_cache_write(entry, light->points, count_points(light) * sizeof *light->points);
 }
 
@@ -446,7 +461,8 @@ bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *o
   *out = (np_lit_air){.context = context};
   if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->fall) ||
       !NP_CACHE_READ(entry, out->origin_m) || !NP_CACHE_READ(entry, out->spacing_m) ||
-      !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->level_m))
+      !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->level_m) ||
+      !NP_CACHE_READ(entry, out->clear))
     return false;
   if (!np_cache_read_check(entry,
                            is_of_fire <= 1 && np_cache_are_finite(out->fall.band, NP_BAND_COUNT) && is_sound(out)))
@@ -491,6 +507,13 @@ static np_spectrum approach(const np_lit_air *a, np_dvec3 *position) {
   for (int b = 0; b < NP_BAND_COUNT && far2 > near2; b++)
     left.band[b] = powf((float)(near2 / far2), 0.5f * a->fall.band[b]);
   return left;
+}
+
+np_clear_flux np_lit_air_get_clear(const np_lit_air *a, double height_m) {
+  float part;
+  const np_clear_flux *below = &a->clear[locate_level(a, height_m, &part)];
+  return (np_clear_flux){np_spectrum_mix(below[0].upper, below[1].upper, part),
+                         np_spectrum_mix(below[0].lower, below[1].lower, part)};
 }
 
 np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {

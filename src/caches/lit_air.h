@@ -17,11 +17,16 @@
 typedef struct np_lit_air_value {
   np_spectrum upper; /* hidden sky, and light that clouds scatter down */
   np_spectrum lower; /* hidden ground, light that clouds scatter up, and the ground's loss or gain of light */
-  np_spectrum beam;  /* the part of both that comes from burning clouds in about one direction */
-  np_vec3 way;       /* towards them, of any length; 0: there is no beam */
+  np_spectrum beam;  /* light that comes from burning clouds beside both */
+  np_vec3 way;       /* mean of the beam's directions, towards the clouds: of length 1 where there is but one */
 } np_lit_air_value;
 
 enum { NP_LIT_AIR_LEVELS = 9 };
+
+/* Actinic flux of the clear air's light and the ground's from each hemisphere, without the sun's, W m⁻² nm⁻¹. */
+typedef struct np_clear_flux {
+  np_spectrum upper, lower;
+} np_clear_flux;
 
 typedef struct np_lit_air {
   neph_context *context; /* borrowed */
@@ -32,7 +37,8 @@ typedef struct np_lit_air {
   double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
   np_transport_fold fold;            /* tiles of which the points cover one; a period of 0: none */
   double level_m[NP_LIT_AIR_LEVELS]; /* heights, ascending */
-  np_lit_air_value *points;          /* x fastest, then y, then the level */
+  np_clear_flux clear[NP_LIT_AIR_LEVELS];
+  np_lit_air_value *points; /* x fastest, then y, then the level */
 } np_lit_air;
 
 /* Computes the lattice, with the ground lit by `ground_light`. On failure `*out` is empty. */
@@ -43,6 +49,9 @@ void np_lit_air_clear(np_lit_air *light);
 /* Save the lattice on disk, and load it. False: the entry is too short. */
 void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry);
 bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *out);
+
+/* The clear air's flux, which the change is to, at a height. */
+np_clear_flux np_lit_air_get_clear(const np_lit_air *light, double height_m);
 
 np_lit_air_value np_lit_air_get(const np_lit_air *light, np_dvec3 position);
 
