@@ -333,9 +333,19 @@ static neph_result aim_directions(void *user, size_t begin, size_t end, unsigned
 
 /* ---- Beyond the lattice ---- */
 
-static np_dvec3 get_middle(const np_lit_air *a, double out_half_m[2]) {
-  for (int n = 0; n < 2; n++) out_half_m[n] = 0.5 * a->spacing_m * (a->size[n] - 1);
-  return np_dvec3_make(a->origin_m[0] + out_half_m[0], a->origin_m[1] + out_half_m[1], a->level_m[0]);
+/* Mean of places drawn by emission, within the lattice. */
+static np_dvec3 find_fire(const air_fill *f) {
+  enum { DRAWN = 64 };
+  const np_lit_air *a = f->out;
+  np_random random = np_random_start(0, 0, 0, 0, 0);
+  np_dvec3 sum = np_dvec3_make(0.0, 0.0, 0.0), place;
+  for (int i = 0; i < DRAWN; i++)
+    if (np_emission_draw(f->gather->world->emission, (i + 0.5) / DRAWN, &random, &place))
+      sum = np_dvec3_add(sum, np_dvec3_scale(place, 1.0 / DRAWN));
+  const double far_m[2] = {a->spacing_m * (a->size[0] - 1), a->spacing_m * (a->size[1] - 1)};
+  return np_dvec3_make(np_clamp(sum.x, a->origin_m[0] + 0.1 * far_m[0], a->origin_m[0] + 0.9 * far_m[0]),
+                       np_clamp(sum.y, a->origin_m[1] + 0.1 * far_m[1], a->origin_m[1] + 0.9 * far_m[1]),
+                       np_clamp(sum.z, a->level_m[0], a->level_m[LEVELS - 1]));
 }
 
 /* Actinic flux from fires at a place, by the rays towards them alone. */
@@ -350,22 +360,35 @@ static np_spectrum gather_fires(const air_fill *f, np_dvec3 place) {
   return sum;
 }
 
-/* Compares the light of fires on the lattice's four sides with that three times as far from its middle. */
+/* Share of the way from the fire to a position that lies within the lattice: 1 inside. */
+static double compute_inner_share(const np_lit_air *a, np_dvec3 away) {
+  const double low[3] = {a->origin_m[0] - a->fire.x, a->origin_m[1] - a->fire.y, a->level_m[0] - a->fire.z},
+               high[3] = {low[0] + a->spacing_m * (a->size[0] - 1), low[1] + a->spacing_m * (a->size[1] - 1),
+                          a->level_m[LEVELS - 1] - a->fire.z},
+               way[3] = {away.x, away.y, away.z};
+  double share = 1.0;
+  for (int n = 0; n < 3; n++) {
+    if (way[n] > high[n]) share = fmin(share, high[n] / way[n]);
+    if (way[n] < low[n]) share = fmin(share, low[n] / way[n]);
+  }
+  return share;
+}
+
+/* Compares the light of fires on the lattice's four sides with that three times as far from them. */
 static void measure_fall(const air_fill *f) {
+  static const double far = 3.0;
   np_lit_air *a = f->out;
-  double half_m[2];
-  const np_dvec3 middle = get_middle(a, half_m);
-  np_spectrum near = np_spectrum_grey(0.0f), far = near;
+  np_spectrum near_light = np_spectrum_grey(0.0f), far_light = near_light;
   for (int side = 0; side < 4; side++) {
-    const double away = side & 1 ? 1.0 : -1.0;
-    np_dvec3 on_rim = np_dvec3_make(0.0, 0.0, a->level_m[LEVELS - ABOVE] - a->level_m[0]);
-    *(side & 2 ? &on_rim.y : &on_rim.x) = away * half_m[side >> 1];
-    near = np_spectrum_add(near, gather_fires(f, np_dvec3_add(middle, on_rim)));
-    far = np_spectrum_add(far, gather_fires(f, np_dvec3_add(middle, np_dvec3_scale(on_rim, 3.0))));
+    const double way_m = (side & 1 ? 1.0 : -1.0) * a->spacing_m * (a->size[0] + a->size[1]);
+    const np_dvec3 away = side & 2 ? np_dvec3_make(0.0, way_m, 0.0) : np_dvec3_make(way_m, 0.0, 0.0);
+    const np_dvec3 on_rim = np_dvec3_scale(away, compute_inner_share(a, away));
+    near_light = np_spectrum_add(near_light, gather_fires(f, np_dvec3_add(a->fire, on_rim)));
+    far_light = np_spectrum_add(far_light, gather_fires(f, np_dvec3_add(a->fire, np_dvec3_scale(on_rim, far))));
   }
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float ratio = far.band[b] > 0.0f ? near.band[b] / far.band[b] : 9.0f;
-    a->fall.band[b] = np_clampf(logf(ratio) / logf(3.0f), fall_min, fall_max);
+    const float ratio = far_light.band[b] > 0.0f ? near_light.band[b] / far_light.band[b] : 9.0f;
+    a->fall.band[b] = np_clampf(logf(ratio) / logf((float)far), fall_min, fall_max);
   }
 }
 
@@ -394,7 +417,10 @@ static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *m
     f->next = points;
   }
   if (!result) sum_clear(f);
-  if (!result && f->out->is_of_fire) measure_fall(f);
+  if (!result && f->out->is_of_fire) {
+    f->out->fire = find_fire(f);
+    measure_fall(f);
+  }
   return result;
 }
 
@@ -435,6 +461,7 @@ void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry) {
   const uint64_t is_of_fire = light->is_of_fire;
   NP_CACHE_WRITE(entry, light->size);
   NP_CACHE_WRITE(entry, is_of_fire);
+  NP_CACHE_WRITE(entry, light->fire);
   NP_CACHE_WRITE(entry, light->fall);
   NP_CACHE_WRITE(entry, light->origin_m);
   NP_CACHE_WRITE(entry, light->spacing_m);
@@ -456,18 +483,25 @@ static bool is_sound(const np_lit_air *light) {
   return np_tile_is_sound(&light->fold) && light->spacing_m > 0.0 && isfinite(light->spacing_m);
 }
 
+/* Whether a fire's middle lies in the lattice, from where a way beyond it leaves it. */
+static bool has_fire_inside(const np_lit_air *a) {
+  const double at[2] = {a->fire.x, a->fire.y};
+  for (int n = 0; n < 2; n++)
+    if (!(at[n] > a->origin_m[n] && at[n] < a->origin_m[n] + a->spacing_m * (a->size[n] - 1))) return false;
+  return a->fire.z >= a->level_m[0] && a->fire.z <= a->level_m[LEVELS - 1];
+}
+
 bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *out) {
   uint64_t is_of_fire;
   *out = (np_lit_air){.context = context};
-  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->fall) ||
-      !NP_CACHE_READ(entry, out->origin_m) || !NP_CACHE_READ(entry, out->spacing_m) ||
-      !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->level_m) ||
-      !NP_CACHE_READ(entry, out->clear))
-    return false;
-  if (!np_cache_read_check(entry,
-                           is_of_fire <= 1 && np_cache_are_finite(out->fall.band, NP_BAND_COUNT) && is_sound(out)))
+  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->fire) ||
+      !NP_CACHE_READ(entry, out->fall) || !NP_CACHE_READ(entry, out->origin_m) ||
+      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) ||
+      !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->level_m) || !NP_CACHE_READ(entry, out->clear))
     return false;
   out->is_of_fire = is_of_fire;
+  const bool is_fire_sound = np_cache_are_finite(out->fall.band, NP_BAND_COUNT) && has_fire_inside(out);
+  if (!np_cache_read_check(entry, is_of_fire <= 1 && is_sound(out) && (!is_of_fire || is_fire_sound))) return false;
   out->points = np_cache_read_block(entry, count_points(out), sizeof *out->points);
   return out->points;
 }
@@ -493,22 +527,6 @@ static int locate_level(const np_lit_air *a, double z, float *out_part) {
   return level;
 }
 
-/* Moves a position beyond the lattice onto its rim. Returns the share that is left of a fire's light there. */
-static np_spectrum approach(const np_lit_air *a, np_dvec3 *position) {
-  double half_m[2];
-  const np_dvec3 middle = get_middle(a, half_m);
-  const np_dvec3 away = np_dvec3_subtract(*position, middle);
-  const np_dvec3 on_rim =
-      np_dvec3_make(np_clamp(away.x, -half_m[0], half_m[0]), np_clamp(away.y, -half_m[1], half_m[1]),
-                    np_clamp(away.z, 0.0, a->level_m[LEVELS - 1] - a->level_m[0]));
-  *position = np_dvec3_add(middle, on_rim);
-  const double near2 = np_dvec3_dot(on_rim, on_rim), far2 = np_dvec3_dot(away, away);
-  np_spectrum left = np_spectrum_grey(1.0f);
-  for (int b = 0; b < NP_BAND_COUNT && far2 > near2; b++)
-    left.band[b] = powf((float)(near2 / far2), 0.5f * a->fall.band[b]);
-  return left;
-}
-
 np_clear_flux np_lit_air_get_clear(const np_lit_air *a, double height_m) {
   float part;
   const np_clear_flux *below = &a->clear[locate_level(a, height_m, &part)];
@@ -516,11 +534,10 @@ np_clear_flux np_lit_air_get_clear(const np_lit_air *a, double height_m) {
                          np_spectrum_mix(below[0].lower, below[1].lower, part)};
 }
 
-np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {
-  if (a->fold.period_m > 0.0) position = np_transport_fold_match(&a->fold, position);
+/* Value within the lattice; towards its sides it fades out, but for fires. */
+static np_lit_air_value interpolate(const np_lit_air *a, np_dvec3 position) {
   int32_t lower[2];
   float w[3];
-  const np_spectrum left = a->is_of_fire ? approach(a, &position) : np_spectrum_grey(1.0f);
   float rim = locate(a, 0, position.x, &lower[0], &w[0]) * locate(a, 1, position.y, &lower[1], &w[1]);
   if (a->is_of_fire) rim = 1.0f;
   const int level = locate_level(a, position.z, &w[2]);
@@ -536,7 +553,26 @@ np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {
     out.beam = np_spectrum_add_scaled(out.beam, weight, near->beam);
     out.way = np_vec3_add(out.way, np_vec3_scale(near->way, weight));
   }
-  if (!a->is_of_fire) return out;
-  return (np_lit_air_value){np_spectrum_multiply(left, out.upper), np_spectrum_multiply(left, out.lower),
-                            np_spectrum_multiply(left, out.beam), out.way};
+  return out;
+}
+
+/* Beyond the lattice, the value where the way to the fire enters it, weaker; the farther off, the more its light comes
+ * from one direction. */
+static np_lit_air_value extrapolate(const np_lit_air *a, np_dvec3 away, double share) {
+  const np_lit_air_value rim = interpolate(a, np_dvec3_add(a->fire, np_dvec3_scale(away, share)));
+  const float spread = fmaxf(1.0f - np_vec3_length(rim.way), 0.0f) * (float)(share * share);
+  np_spectrum left;
+  for (int b = 0; b < NP_BAND_COUNT; b++) left.band[b] = powf((float)share, a->fall.band[b]);
+  return (np_lit_air_value){np_spectrum_multiply(left, rim.upper), np_spectrum_multiply(left, rim.lower),
+                            np_spectrum_multiply(left, rim.beam),
+                            np_vec3_scale(np_vec3_normalize(np_dvec3_to_float(away)), spread - 1.0f)};
+}
+
+np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {
+  if (a->fold.period_m > 0.0) position = np_transport_fold_match(&a->fold, position);
+  if (!a->is_of_fire) return interpolate(a, position);
+  position.z = fmax(position.z, a->level_m[0]);
+  const np_dvec3 away = np_dvec3_subtract(position, a->fire);
+  const double share = compute_inner_share(a, away);
+  return share < 1.0 ? extrapolate(a, away, share) : interpolate(a, position);
 }

@@ -32,6 +32,7 @@ typedef struct np_lit_air {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* points of a level */
   bool is_of_fire;
+  np_dvec3 fire;    /* middle of its light */
   np_spectrum fall; /* a fire's light falls off as the distance to the power of −fall beyond the lattice */
   double origin_m[2], spacing_m;
   double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */

@@ -58,7 +58,7 @@ static double compute_cover(const np_frame *f) {
 
 /* Ratio of luminances from which on a fire outshines its surroundings, and the bias of these: the air beyond the reach
  * of caches/lit_air.h has a fire's light by a power of the distance. docs/results/fire.md: 1 to 9 % around burning
- * clouds in twilight, 20 % 20 km from one at night. */
+ * clouds in twilight, 7 % 20 km from one at night. */
 static const double outshone_ratio = 5.0, outshone_bias = 0.2;
 
 /* Bias of the air and the ground around a fire, by their share of the picture. */

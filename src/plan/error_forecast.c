@@ -128,6 +128,10 @@ double np_stage_expect_integrator(const np_plan *plan, const neph_scene *scene) 
 /* Relative noise of a pixel by one sample, with clouds and without. For the march it holds for pictures 240 pixels
  * wide; smaller pixels contain less of an edge. */
 static const double march_noise = 0.08, clear_march_noise = 0.05, path_noise = 1.2, clear_path_noise = 0.8;
+
+/* The same of paths where there are fires, whose light in the air and on the ground few paths meet: 15 around burning
+ * cumuli at night. */
+static const double fire_path_noise = 12.0;
 static const double usual_pixels = 240.0, edges_exponent = 0.6;
 
 /* Exponents by which the variance falls with the number of samples; stratified samples of the march converge faster
@@ -143,6 +147,7 @@ static const double noise_share_min = 0.5;
 static double get_noise_of_one(const np_plan *plan) {
   const double edges = pow(usual_pixels / plan->request.desc.width, edges_exponent);
   if (is_march(plan)) return edges * (has_clouds(plan) ? march_noise : clear_march_noise);
+  if (plan->decisions.emission_count > 0) return fire_path_noise;
   return has_clouds(plan) ? path_noise : clear_path_noise;
 }
 

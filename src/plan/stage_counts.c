@@ -109,6 +109,9 @@ static double compute_voxel_m(const np_plan *plan, const neph_scene *scene) {
 static const double ground_directions = 96.0, ground_steps_max = 192.0;
 static const double air_points = 15.0 * 15.0 * 9.0, air_directions = 64.0, air_step_voxels = 2.0, air_steps_max = 64.0;
 
+/* Further directions towards fires (caches/fire_rays.h), each of which crosses cloud, as few of the even ones do. */
+static const double ground_fire_directions = 4.0 * 112.0, air_fire_directions = 4.0 * 32.0;
+
 /* Adds the number of steps along `rays` rays of at most `steps_max` steps each, and the number of steps in cloud. */
 static void add_steps(const np_ground_counts *ground, double rays, double step_m, double steps_max,
                       np_cost_counts *out) {
@@ -120,11 +123,14 @@ static void add_steps(const np_ground_counts *ground, double rays, double step_m
 void np_stage_count_ground_clouds(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   const np_ground_counts *ground = &plan->inputs.ground;
   const double worlds = count_worlds(plan), voxel_m = compute_voxel_m(plan, scene);
+  const bool is_of_fire = np_plan_needs(plan, NP_STAGE_EMISSION);
+  const double of_ground = ground_directions + (is_of_fire ? ground_fire_directions : 0.0),
+               of_air = air_directions + (is_of_fire ? air_fire_directions : 0.0);
   out->of[NP_UNIT_GROUND] = worlds;
   if (!plan->inputs.trial) return;
-  add_steps(ground, worlds * ground_directions * ground->points, voxel_m, ground_steps_max, out);
+  add_steps(ground, worlds * of_ground * ground->points, voxel_m, ground_steps_max, out);
   if (np_plan_needs(plan, NP_STAGE_ATMOSPHERE))
-    add_steps(ground, worlds * air_directions * air_points, air_step_voxels * voxel_m, air_steps_max, out);
+    add_steps(ground, worlds * of_air * air_points, air_step_voxels * voxel_m, air_steps_max, out);
 }
 
 void np_stage_count_relief_light(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
