@@ -17,6 +17,7 @@
 #include "scene/cloud_ground.h"
 #include "scene/sheets.h"
 #include "stages/cloud_load.h"
+#include "stages/cloud_phase.h"
 #include "stages/copies.h"
 #include "stages/stage_part.h"
 #include "stages/stores.h"
@@ -338,52 +339,6 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
   *high = np_dvec3_max(*high, box_high);
 }
 
-/* Tables for the bands of each packet. */
-static neph_result build_phase_bands(const cloud_build *c, const np_phase_source *source, np_phase_bands **out,
-                                     unsigned *out_count) {
-  const unsigned count = np_packet_count(c->in->plan);
-  np_monitor_set_stage(c->in->monitor, "computing phase functions");
-  *out = np_alloc(c->in->context, count, sizeof **out);
-  neph_result result = *out ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; i < count && !result; i++) {
-    const np_band_set bands = np_packet_choose_bands(c->in->plan, i);
-    result = np_phase_bands_build(c->in->context, c->in->monitor, source, bands.nm, &(*out)[i]);
-    *out_count += !result;
-  }
-  return result;
-}
-
-/* The crystals of a cloud's cold part. */
-static neph_result load_ice(const cloud_build *c) {
-  const np_tint *tint = c->parts->volume ? c->parts->volume->tint : NULL;
-  if (!tint || !tint->parts[tint->count - 1].is_ice) return NEPH_OK;
-  np_phase_source ice = c->cloud->phase_source;
-  ice.kind = NEPH_PHASE_ICE;
-  np_log(c->in->context, NEPH_LOG_INFO,
-         "cloud %s: ice from %.2g km up, ice alone from %.2g km; phase: {droplets: {}} has none", c->cloud->name,
-         1e-3 * NP_ICE_FROM_M, 1e-3 * NP_ICE_ALONE_M);
-  return build_phase_bands(c, &ice, &c->parts->ice_bands, &c->parts->ice_bands_count);
-}
-
-static neph_result load_bands(const cloud_build *c) {
-  np_cloud_parts *parts = c->parts;
-  const neph_result result =
-      build_phase_bands(c, &c->cloud->phase_source, &parts->phase_bands, &parts->phase_bands_count);
-  if (!result) parts->placed.phase = np_phase_of_bands(&parts->phase_bands[0]);
-  return result;
-}
-
-static neph_result load_phase(const cloud_build *c) {
-  neph_result result = load_ice(c);
-  if (result) return result;
-  if (np_phase_kind_has_bands(c->cloud->phase_source.kind)) return load_bands(c);
-  if (c->cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
-  np_phase_table *table = &c->parts->phase_table;
-  result = np_phase_table_load(c->in->context, c->cloud->phase_table, table);
-  if (!result) c->parts->placed.phase = np_phase_tabulated(table);
-  return result;
-}
-
 /* Billows that are smaller than this share of a voxel look crumbled: an edge is a voxel wide. */
 static const double detail_share_min = 0.5;
 
@@ -445,7 +400,7 @@ static neph_result place_volume(cloud_build *c) {
   else
     include_box(&c->parts->low, &c->parts->high, placement.bounds_min, placement.bounds_max);
   if (!result) result = build_details(c, &c->anchor.file_to_world);
-  return result ? result : load_phase(c);
+  return result ? result : np_cloud_phase_load(c->in, c->cloud, c->parts);
 }
 
 static bool has_emission(const cloud_build *c) {
