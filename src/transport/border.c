@@ -622,12 +622,24 @@ void np_border_clear(neph_context *context, np_border *border) {
   *border = (np_border){0};
 }
 
-double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane) {
+/* Mean radiance of faces over the nodes through which an octant's light enters, summed over the axes. */
+static double average_nodes(const np_border_faces *faces, unsigned octant, size_t lane) {
   double sum = 0.0;
   for (int axis = 0; axis < 3; axis++)
     for (unsigned node = 0; node < NODES * NODES; node++)
-      sum += get_node_share(np_border_get_nodes(&border->clear[band], octant, axis), node / NODES, node % NODES) *
-             (double)np_border_get_node(&border->clear[band], octant, axis, node / NODES,
-                                        node % NODES)[block * NP_ORDINATE_LANES + lane];
+      sum += get_node_share(np_border_get_nodes(faces, octant, axis), node / NODES, node % NODES) *
+             (double)np_border_get_node(faces, octant, axis, node / NODES, node % NODES)[lane];
+  return sum;
+}
+
+double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane) {
+  return average_nodes(&border->clear[band], octant, block * NP_ORDINATE_LANES + lane) / border->axis_count;
+}
+
+double np_border_sum_change(const np_border *border, unsigned band, const np_ordinates *ordinates) {
+  double sum = 0.0;
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned i = 0; i < ordinates->count; i++)
+      sum += fabs(average_nodes(&border->faces[band], octant, i) - average_nodes(&border->clear[band], octant, i));
   return sum / border->axis_count;
 }

@@ -128,6 +128,9 @@ void np_border_reset(np_border *border, unsigned band);
 /* Mean radiance of a band under a clear sky over the nodes through which an octant's light enters. */
 double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane);
 
+/* Sum over the ordinates of the changes of mean radiances by the light that leaves, from those under a clear sky. */
+double np_border_sum_change(const np_border *border, unsigned band, const np_ordinates *ordinates);
+
 /* Irradiance past a square of the box's plan beyond that without clouds: air within the box that is not in the cells
  * adds to what comes through gaps, and the ordinates' sum is not quite the sky's. Gaps are the share of the beam that
  * comes through, or the share of the irradiance that enters, if that is less. */

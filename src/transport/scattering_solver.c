@@ -98,22 +98,12 @@ static double sum_outflow(const np_outflow *outflow) {
   return sum;
 }
 
-/* Mean radiances that enter the box, summed over the directions of the iteration. */
-static double sum_border(const np_scattering_solver *s) {
-  const np_ordinates *o = &s->broad->ordinates;
-  double sum = 0.0;
-  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
-    for (unsigned i = 0; i < o->count; i++)
-      sum += np_border_get_mean(&s->broad->border, s->band, octant, i / NP_ORDINATE_LANES, i % NP_ORDINATE_LANES);
-  return sum;
-}
-
 /* Whether ground and air return enough of what leaves the clouds that the finest level is solved again under what it
  * lets out itself: coarser cells of a deep deck let out more. */
 static bool is_returned(const np_scattering_solver *s) {
   static const double least = 0.02; /* share of all light that is returned */
   if (s->levels[np_scattering_solver_get_iterated(s)].ground) return true;
-  const double returned = sum_border(s) - s->entering;
+  const double returned = np_border_sum_change(&s->broad->border, s->band, &s->broad->ordinates);
   return s->has_outflow && returned > least * (s->sources + returned);
 }
 
@@ -130,11 +120,11 @@ static void exaggerate(const np_outflow *before, np_outflow *outflow) {
 
 /* Solves a level, and lights its border by what it lets out. A coarse solution of deep clouds may be far from the
  * level's: where it let out more than twice the light, or less than half, the level is solved under none, and again
- * until what it lets out agrees with what it is under to 2 %, on the finest level to 0.5 %. */
+ * until what it lets out agrees with what it is under to 2 %, on the finest level to 0.2 %. */
 static neph_result solve_under_outflow(np_scattering_solver *s, np_transport_level *level,
                                        np_transport_effort *effort) {
   enum { TURNS_MAX = 16 };
-  static const double far_ratio = 2.0, near_ratio = 1.02, finest_ratio = 1.005;
+  static const double far_ratio = 2.0, near_ratio = 1.02, finest_ratio = 1.002;
   const bool is_lit = effort->outflow && s->has_outflow;
   double ratio = effort->is_finest ? finest_ratio : far_ratio;
   unsigned sweeps = 0;
@@ -165,7 +155,8 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
   np_transport_effort effort = {.tolerance = tolerance,
                                 .is_finest = number == np_scattering_solver_get_iterated(s),
                                 .keeper = s->state.keeper ? &keeper : NULL};
-  if (!effort.is_finest || number + 1 == s->level_count || is_returned(s)) effort.outflow = &s->outflow[s->band];
+  if (effort.is_finest && s->is_nested) s->is_returned = is_returned(s);
+  if (!effort.is_finest || number + 1 == s->level_count || s->is_returned) effort.outflow = &s->outflow[s->band];
   if (s->out->quality.is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
   set_level_part(s, number);
   neph_result result = solve_under_outflow(s, level, &effort);
@@ -364,8 +355,11 @@ static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
   for (size_t active = 0; active < level->grid.active_count; active++)
     *out_sum += (double)level->sun[active] + (level->emission ? (double)level->emission[active] : 0.0) +
                 (level->air.sunlit ? (double)np_transport_level_get_air(level, active) : 0.0);
-  s->entering = sum_border(s);
-  s->sources = *out_sum += s->entering;
+  const np_ordinates *o = &s->broad->ordinates;
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned i = 0; i < o->count; i++)
+      *out_sum += np_border_get_mean(&s->broad->border, s->band, octant, i / NP_ORDINATE_LANES, i % NP_ORDINATE_LANES);
+  s->sources = *out_sum;
   return NEPH_OK;
 }
 
@@ -475,7 +469,8 @@ static neph_result solve_related(np_scattering_solver *s, double factor) {
   blended = s->outflow[s->band];
   for (unsigned n = s->level_count; n-- > np_scattering_solver_get_iterated(s) && !result;) {
     const bool is_finest = n == np_scattering_solver_get_iterated(s);
-    if (is_finest && is_new && n + 1 < s->level_count && is_returned(s)) {
+    if (is_finest) s->is_returned = is_returned(s);
+    if (is_finest && is_new && n + 1 < s->level_count && s->is_returned) {
       s->outflow[s->band] = blended; /* coarse levels have renewed it by their own */
       np_scattering_solver_light_border(s);
     }

@@ -69,7 +69,8 @@ typedef struct np_scattering_solver {
   np_ground_columns ground;                                    /* ground within the finest cells */
   np_outflow outflow[NP_BAND_COUNT];
   bool has_outflow;             /* outflow of the present band is known */
-  double entering, sources;     /* light that enters the box before any is returned, and all sources, summed */
+  bool is_returned;             /* ground and air return so much of it that the finest level measures its own */
+  double sources;               /* sum over the sources of the present band, before ground and air return any */
   float fade[NP_INSTANCES_MAX]; /* share of each of all cloud's depth that dims the beam where light is iterated */
   np_spectrum *sun;             /* irradiance at each active cell of the finest grid */
   double end_s;                 /* end of the sweeps of all bands on the monitor's clock; infinite: no limit */

@@ -73,6 +73,8 @@ typedef struct cell_edges {
 
 /* Optical depth over that of the deepest allowed cell, beyond which cells are halved. */
 static const double deepest = 3.5;
+/* The same of heights of flat cells that are few. */
+static const double deepest_flat = 0.6;
 
 /* Cells to the typical thickness of a cloud, and the least height of one in voxels, and where the cloud is deep. */
 static const double cells_per_thickness = 8.0, height_min = 0.5, deep_height_min = 1.0 / 16.0;
@@ -261,16 +263,17 @@ static double measure_flat(const np_world *world, const np_transport_desc *desc)
   return fmin(x, y) >= flat * thickness ? thickness : HUGE_VAL;
 }
 
-/* Halves the heights of a flat cloud's cells that are too deep: once, and further within six times
- * `cell_count_cheap` of them. */
+/* Halves the heights of a flat cloud's cells: once where they are too deep, and further within six times
+ * `cell_count_cheap` of them, as long as a cell's height counts in the light that comes through. */
 static void halve_heights(const np_world *world, const np_transport_desc *desc, cell_edges *edges) {
   const double depth = np_transport_compute_extinction(world) * np_transport_get_voxel(world, 2);
   even_axis axes[3];
   const double whole = compute_even_axes(world, desc, *edges, axes), few = 6.0 * (double)desc->cell_count_cheap;
-  const double most = fmin(fmax(2.0 * whole, few), (double)desc->cell_count_max);
-  while (edges->height > deep_height_min && edges->height * depth > deepest * desc->cell_depth_max) {
+  while (edges->height > deep_height_min && edges->height * depth > deepest_flat * desc->cell_depth_max) {
     const cell_edges half = {edges->across, 0.5 * edges->height};
-    if (compute_even_axes(world, desc, half, axes) > most) return;
+    const bool is_deep = edges->height * depth > deepest * desc->cell_depth_max;
+    const double most = is_deep ? fmax(2.0 * whole, few) : few;
+    if (compute_even_axes(world, desc, half, axes) > fmin(most, (double)desc->cell_count_max)) return;
     *edges = half;
   }
 }
