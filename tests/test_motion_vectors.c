@@ -67,16 +67,24 @@ static double get(neph_image *image, const char *channel, int p) {
   return (double)neph_image_get_channel(image, channel)[p];
 }
 
+static np_dvec3 get_position(neph_image *image, int p) {
+  return np_dvec3_make(get(image, "position.X", p), get(image, "position.Y", p), get(image, "position.Z", p));
+}
+
+/* Below a pixel of sky: one of two rays on either side of the horizon has no place, and the mean is of neither. */
+static bool is_at_horizon(neph_image *image, int p) {
+  return p >= WIDTH && np_dvec3_length(get_position(image, p - WIDTH)) == 0.0;
+}
+
 /* Places are floats of up to some hundred metres: 1e-5 m, of which a pixel is a twentieth and more. Ground near the
  * horizon is kilometres away, and farther below its float. */
 static unsigned assert_vectors(neph_image *image, const np_camera cameras[3], const motion_case *c) {
   unsigned counts[2] = {0, 0};
   for (int p = 0; p < WIDTH * HEIGHT; p++) {
-    const np_dvec3 at =
-        np_dvec3_make(get(image, "position.X", p), get(image, "position.Y", p), get(image, "position.Z", p));
+    const np_dvec3 at = get_position(image, p);
     const bool is_cloud = get(image, "transmittance", p) < 1e-5; /* so little of the ground is mixed in */
     if (np_dvec3_length(at) == 0.0 || np_dvec3_length(at) > 500.0) continue;
-    if (!is_cloud && get(image, "transmittance", p) < 1.0) continue;
+    if (!is_cloud && (get(image, "transmittance", p) < 1.0 || is_at_horizon(image, p))) continue;
     const np_dvec3 still = np_dvec3_make(0, 0, 0);
     double forward[2], backward[2];
     compute_vector(&cameras[1], &cameras[2], at, np_dvec3_add(at, is_cloud ? c->forward_m : still), forward);
