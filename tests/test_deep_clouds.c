@@ -53,7 +53,7 @@ static void add_work(const char *name, const work *w) {
 }
 
 /* Depth alone takes cells of one voxel where those of two were enough, and no finer ones: eight times as many inside,
- * fewer at the rim. Nothing takes more than they do. */
+ * fewer at the rim. A long cloud takes no more than a ball, and a flat one lower cells while they are few. */
 static void cells_do_not_follow_the_depth(void **state) {
   (void)state;
   static const double depths[] = {20.0, 100.0, 1e3, 1e4, 1e6};
@@ -77,7 +77,7 @@ static void cells_do_not_follow_the_depth(void **state) {
   for (size_t n = 0; n < sizeof shapes / sizeof *shapes; n++) {
     now = measure_work(20.0, shapes[n].step_m);
     add_work(shapes[n].name, &now);
-    assert_true(now.cells == first.cells && now.error <= 0.05);
+    assert_true(now.cells <= 2 * first.cells && now.error <= 0.05);
   }
 }
 
