@@ -71,9 +71,14 @@ static np_dvec3 get_position(neph_image *image, int p) {
   return np_dvec3_make(get(image, "position.X", p), get(image, "position.Y", p), get(image, "position.Z", p));
 }
 
-/* Below a pixel of sky: one of two rays on either side of the horizon has no place, and the mean is of neither. */
+/* Distance from which places are too coarse in floats. */
+static const double far_m = 500.0;
+
+/* Below a pixel of sky or of far ground: the filter may reach the horizon, and the mean of a ray on either side is the
+ * place of neither. */
 static bool is_at_horizon(neph_image *image, int p) {
-  return p >= WIDTH && np_dvec3_length(get_position(image, p - WIDTH)) == 0.0;
+  const double above_m = p >= WIDTH ? np_dvec3_length(get_position(image, p - WIDTH)) : 0.0;
+  return above_m == 0.0 || above_m > far_m;
 }
 
 /* Places are floats of up to some hundred metres: 1e-5 m, of which a pixel is a twentieth and more. Ground near the
@@ -83,7 +88,7 @@ static unsigned assert_vectors(neph_image *image, const np_camera cameras[3], co
   for (int p = 0; p < WIDTH * HEIGHT; p++) {
     const np_dvec3 at = get_position(image, p);
     const bool is_cloud = get(image, "transmittance", p) < 1e-5; /* so little of the ground is mixed in */
-    if (np_dvec3_length(at) == 0.0 || np_dvec3_length(at) > 500.0) continue;
+    if (np_dvec3_length(at) == 0.0 || np_dvec3_length(at) > far_m) continue;
     if (!is_cloud && (get(image, "transmittance", p) < 1.0 || is_at_horizon(image, p))) continue;
     const np_dvec3 still = np_dvec3_make(0, 0, 0);
     double forward[2], backward[2];
