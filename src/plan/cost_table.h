@@ -46,11 +46,11 @@
   X(LOOKED_UP_STEP, "voxels along samples with such a volume", 3e-08, 0) \
   X(MARCHED_SAMPLE, "samples of cloud marched to the sun", 1.91e-05, 0) \
   X(MARCHED_STEP, "voxels along samples that are marched", 4.68e-08, 0) \
-  X(CLEAR_PATH, "paths", 6e-06, 0) \
-  X(CLOUD_PATH, "paths that meet cloud", 3.3e-06, 0) \
-  X(COLLISION, "collisions of paths with cloud", 1.2e-06, 0) \
-  X(FLIGHT_STEP, "voxels along paths in cloud", 6e-08, 0) \
-  X(LIGHT_STEP, "voxels from paths to the sun", 3.7e-07, 0)
+  X(CLEAR_PATH, "paths", 1e-05, 0) \
+  X(CLOUD_PATH, "paths that meet cloud", 5.5e-06, 0) \
+  X(COLLISION, "collisions of paths with cloud", 2e-06, 0) \
+  X(FLIGHT_STEP, "voxels along paths in cloud", 1e-07, 0) \
+  X(LIGHT_STEP, "voxels from paths to the sun", 6.1e-07, 0)
 
 /* Number of a scene of report/calibrate.c, stage, kind of work, and its seconds of one core with these constants. */
 #define NP_CALIBRATION_ROWS(X) \
@@ -61,7 +61,7 @@
   X(3, ORDINATES, SOLVE, 0.979) \
   X(0, SUN_OPTICAL_DEPTH, MARCH, 0.0982) \
   X(0, INTEGRATOR, MARCH, 0.344) \
-  X(2, INTEGRATOR, PATH, 0.548)
+  X(2, INTEGRATOR, PATH, 0.43)
 
 /* clang-format on */
 
