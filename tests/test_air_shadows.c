@@ -214,59 +214,69 @@ static void clouds_light_the_air_around_them(void **state) {
   clear_block(&b);
 }
 
+/* A block in air that clouds light alike at each height, and the directions of three rays beside it. */
+typedef struct lit_block {
+  block block;
+  np_lit_air lit;
+  np_lit_air_value points[4 * NP_LIT_AIR_LEVELS];
+  np_vec3 rays[3];
+} lit_block;
+
+/* Levels a kilometre apart, without light until `points` and `lit.clear` are filled. */
+static void place_lit_block(lit_block *l, neph_atmosphere *air) {
+  *l = (lit_block){.lit = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = l->points}};
+  place_block(&l->block, air);
+  for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) l->lit.level_m[k] = 1000.0 * k;
+  for (int i = 0; i < 3; i++)
+    l->rays[i] = np_vec3_normalize(np_vec3_make(1.0f, 0.35f - 0.35f * (float)i, 0.01f + 0.1f * (float)i));
+  l->block.base.world.atmosphere = air;
+  l->block.lit_air = &l->lit;
+}
+
+static void set_level(lit_block *l, int level, np_lit_air_value value) {
+  for (int n = 0; n < 4; n++) l->points[4 * level + n] = value;
+}
+
 /* A beam as strong as the sun's irradiance at each height, from the sun's direction, adds as much light to the air as
  * the sun's light of the first order is. 1 %: the sun's transmittance is taken on the lattice's levels. */
 static void a_beam_is_scattered_as_sunlight(void **state) {
   neph_atmosphere *air = *state;
-  block b;
-  place_block(&b, air);
-  np_lit_air_value points[4 * NP_LIT_AIR_LEVELS];
-  np_lit_air lit = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  lit_block l;
+  place_lit_block(&l, air);
+  const block *b = &l.block;
+  const np_vec3 to_sun = b->base.world.to_sun;
   for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) {
-    lit.level_m[k] = 1000.0 * k;
-    const np_dvec3 at = np_dvec3_make(3000.0, 1000.0, lit.level_m[k]);
-    const np_spectrum beam =
-        np_spectrum_multiply(np_atmosphere_transmittance_to_sun(air, at, b.base.world.to_sun, 0.0f), b.sky->irradiance);
-    for (int n = 0; n < 4; n++) points[4 * k + n] = (np_lit_air_value){.beam = beam, .way = b.base.world.to_sun};
+    const np_dvec3 at = np_dvec3_make(3000.0, 1000.0, l.lit.level_m[k]);
+    const np_spectrum through = np_atmosphere_transmittance_to_sun(air, at, to_sun, 0.0f);
+    set_level(&l, k, (np_lit_air_value){.beam = np_spectrum_multiply(through, b->sky->irradiance), .way = to_sun});
   }
-  b.base.world.atmosphere = air;
-  b.lit_air = &lit;
-  cast(&b, 120);
-  for (int i = 0; i < 3; i++) {
-    const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f - 0.35f * (float)i, 0.01f + 0.1f * (float)i));
+  cast(&l.block, 120);
+  for (int i = 0; i < 3; i++)
     for (int band = 0; band < 3; band++)
-      assert_near_relative((double)get_change(&b, d, 4e3).added.band[band], compute_first(&b, d, 4e3, band), 0.01);
-  }
-  clear_block(&b);
+      assert_near_relative((double)get_change(b, l.rays[i], 4e3).added.band[band],
+                           compute_first(b, l.rays[i], 4e3, band), 0.01);
+  clear_block(&l.block);
 }
 
 /* Air to which clouds leave none of the sky's and the ground's light has the sun's light of the first order alone, in
  * whatever direction the rest of it was scattered. 1e-3: the clear light is not even, and is taken as a share. */
 static void air_without_sky_and_ground_has_no_higher_order(void **state) {
-  neph_atmosphere *air = *state;
-  block b;
-  place_block(&b, air);
-  np_lit_air_value points[4 * NP_LIT_AIR_LEVELS];
-  np_lit_air lit = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  lit_block l;
+  place_lit_block(&l, *state);
   for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) {
-    lit.level_m[k] = 1000.0 * k;
-    lit.clear[k] = (np_clear_flux){np_spectrum_grey(0.4f), np_spectrum_grey(0.2f)};
-    for (int n = 0; n < 4; n++)
-      points[4 * k + n] = (np_lit_air_value){.upper = np_spectrum_grey(-0.4f), .lower = np_spectrum_grey(-0.2f)};
+    l.lit.clear[k] = (np_clear_flux){np_spectrum_grey(0.4f), np_spectrum_grey(0.2f)};
+    set_level(&l, k, (np_lit_air_value){.upper = np_spectrum_grey(-0.4f), .lower = np_spectrum_grey(-0.2f)});
   }
-  b.base.world.atmosphere = air;
-  b.lit_air = &lit;
-  cast(&b, 120);
+  cast(&l.block, 120);
   for (int i = 0; i < 3; i++) {
-    const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f - 0.35f * (float)i, 0.01f + 0.1f * (float)i));
-    const np_sky_ray ray = np_sky_ray_start(b.sky, d);
+    const np_sky_ray ray = np_sky_ray_start(l.block.sky, l.rays[i]);
     np_spectrum first;
     const np_spectrum all = np_sky_ray_get_air(&ray, 4e3, &first).inscatter;
     for (int band = 0; band < 3; band++)
-      assert_near_relative((double)get_change(&b, d, 4e3).added.band[band], (double)(first.band[band] - all.band[band]),
-                           1e-3);
+      assert_near_relative((double)get_change(&l.block, l.rays[i], 4e3).added.band[band],
+                           (double)(first.band[band] - all.band[band]), 1e-3);
   }
-  clear_block(&b);
+  clear_block(&l.block);
 }
 
 /* Molecules alone scatter as much of the even light of either hemisphere as they scatter once, over 4π times their

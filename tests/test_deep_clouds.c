@@ -60,7 +60,9 @@ static void cells_do_not_follow_the_depth(void **state) {
   static const struct {
     const char *name;
     np_dvec3 step_m;
-  } shapes[] = {{"100 times as wide as high", {100.0, 100.0, 1.0}}, {"154 times as long as wide", {154.0, 1.0, 1.0}}};
+    size_t factor; /* most cells, over those of a ball */
+  } shapes[] = {{"100 times as wide as high", {100.0, 100.0, 1.0}, 2},
+                {"154 times as long as wide", {154.0, 1.0, 1.0}, 1}};
   test_page_add_figure(&page, "\n## Cells of deep and of stretched clouds\n");
   test_page_add_figure(&page, "| ball of 20 voxels | cells in cloud | memory | sweeps | expected error of cells |");
   test_page_add_figure(&page, "| --- | --- | --- | --- | --- |");
@@ -77,7 +79,7 @@ static void cells_do_not_follow_the_depth(void **state) {
   for (size_t n = 0; n < sizeof shapes / sizeof *shapes; n++) {
     now = measure_work(20.0, shapes[n].step_m);
     add_work(shapes[n].name, &now);
-    assert_true(now.cells <= 2 * first.cells && now.error <= 0.05);
+    assert_true(now.cells >= first.cells && now.cells <= shapes[n].factor * first.cells && now.error <= 0.05);
   }
 }
 

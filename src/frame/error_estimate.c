@@ -121,7 +121,7 @@ static double get_bias(const np_error_probe *p) {
 
 /* Share of the scattering within a degree from which on a phase function has a peak: lobes of g = 0.85 have 0.006,
  * droplets 0.2 to 0.35, crystals about a half. */
-static const double peak_share_least = 0.15;
+static const double peak_share_least = 0.4;
 
 /* Light that the tracer may lack without rare paths, relative to all, and the mean square over pixels: 10 and 25 % of
  * pixels under an altostratus of depth 3.4, whose mean over many more paths is that of the march. */

@@ -10,8 +10,9 @@ import sys
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "population"))
 
 import pictures  # noqa: E402
+from drawn import write_scene  # noqa: E402
 from pictures import Refused, run  # noqa: E402
-from scenes import draw_points, draw_scene  # noqa: E402
+from scenes import draw_points  # noqa: E402
 
 # Resolution and further arguments of drawn scenes, in turn.
 SETTINGS = (
@@ -23,32 +24,6 @@ SETTINGS = (
 STAGE = re.compile(r"([a-z ]+): predicted \S+ s of one core, measured (\S+) s")
 CALIBRATED = re.compile(r"calibration: .* takes (\S+) s of one core")
 WHOLE = re.compile(r"prediction: .*; measured (\S+) s")
-
-
-def write_drawn(nephos, point, folder, name):
-    """Writes the file of a drawn scene, with clouds that are imported baked before."""
-    scene, _ = draw_scene(point)
-    for i, cloud in enumerate(scene["clouds"]):
-        stretch, deepen = cloud.pop("stretch", None), cloud.pop("deepen", None)
-        if cloud.pop("emits", False):
-            cloud["albedo"] = 0.8
-        if not cloud.pop("import", False):
-            continue
-        alone, file = os.path.join(folder, f"{name}.{i}.bake.yaml"), f"{name}.{i}.vdb"
-        if not os.path.exists(os.path.join(folder, file)):
-            parts = {key: scene[key] for key in ("terrain",) if key in scene}
-            with open(alone, "w") as out:
-                json.dump({"version": 1, "clouds": [cloud], **parts}, out)
-            run(nephos, "bake", alone, "-o", os.path.join(folder, file), "-q")
-        scene["clouds"][i] = {"vdb": file}
-        if stretch:
-            scene["clouds"][i]["scale"] = stretch
-        if deepen:
-            scene["clouds"][i]["optical_depth"] = 20 * deepen
-    path = os.path.join(folder, name + ".yaml")
-    with open(path, "w") as out:
-        json.dump(scene, out, indent=1)
-    return path
 
 
 def write_file_scene(file, folder):
@@ -106,7 +81,7 @@ def list_cases(nephos, options):
     """Name, scene, arguments and whether constants are fitted to it."""
     for i, point in enumerate(draw_points(int(options.seed, 16), max(options.count, 1))[:options.count]):
         name, (size, arguments) = f"{options.seed}.{i}", SETTINGS[i % len(SETTINGS)]
-        yield name, write_drawn(nephos, point, options.folder, name), ("--resolution", size, *arguments), True
+        yield name, write_scene(nephos, point, options.folder, name)[0], ("--resolution", size, *arguments), True
     for folder, suffix in ((options.scenes, ".yaml"), (options.files, ".vdb")):
         for file in sorted(os.listdir(folder)) if folder else []:
             if not file.endswith(suffix):
