@@ -305,6 +305,40 @@ static void pictures_equal_copies(void **state) {
   free(nine);
 }
 
+/* Low sun, multiple scattering, and an eye at a distance at which cells are prepared for it. */
+static double render_from(const test_fixture *f, double x_m, double y_m) {
+  char text[2048];
+  snprintf(text, sizeof text,
+           "version: 1\n"
+           "camera: {position: [%.17g m, %.17g m, 3 km], look_at: [%.17g m, %.17g m, 0 m], fov: 4 deg, "
+           "resolution: [12, 12]}\n"
+           "sun: {elevation: 8 deg, azimuth: 0 deg}\n"
+           "atmosphere: {preset: none}\n"
+           "environment: {planet: none}\n"
+           "render: {samples: 16, sun_optical_depth: march}\n"
+           "clouds: [{extinction: 0.02 1/m, precision: float, phase: {hg: 0.8}, vdb: %s, repeat: file}]\n",
+           x_m, y_m - 2000.0, x_m, y_m, f->path);
+  neph_scene *scene;
+  neph_image *image;
+  assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  const double mean = compute_mean(image);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+  return mean;
+}
+
+/* The view from a place is that from any number of periods on, at the same light: light towards the camera differs from
+ * period to period, though its cells do not. */
+static void periods_look_alike(void **state) {
+  const test_fixture *f = *state;
+  write_field(f->context, f->path, 1);
+  const double here = render_from(f, 115.0, 235.0);
+  assert_true(here > 0.0);
+  assert_near(render_from(f, 115.0 + 6.0 * WIDTH * voxel_m, 235.0) / here, 1.0, 1e-3);
+  assert_near(render_from(f, 115.0, 235.0 - 14.0 * DEPTH * voxel_m) / here, 1.0, 1e-3);
+}
+
 /* ---- Refusals ---- */
 
 static void refuses(void **state) {
@@ -360,8 +394,9 @@ static int set_up_file(void **state) { return test_set_up(state, 2, "field.vdb")
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      ON_FILE(repeats_as_copies),     ON_FILE(repeats_halved),    ON_FILE(leaves_a_gap),
-      ON_FILE(ends_at_its_reach),     ON_FILE(keeps_steps_sharp), ON_FILE(integrates_steps),
-      ON_FILE(pictures_equal_copies), ON_FILE(refuses),           ON_FILE(refuses_sequences_and_bakes)};
+      ON_FILE(repeats_as_copies),          ON_FILE(repeats_halved),     ON_FILE(leaves_a_gap),
+      ON_FILE(ends_at_its_reach),          ON_FILE(keeps_steps_sharp),  ON_FILE(integrates_steps),
+      ON_FILE(pictures_equal_copies),      ON_FILE(periods_look_alike), ON_FILE(refuses),
+      ON_FILE(refuses_sequences_and_bakes)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

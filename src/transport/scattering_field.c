@@ -50,6 +50,18 @@ void np_scattering_field_bound(const np_scattering_field *field, np_dvec3 *out_l
   *out_high = np_dvec3_make(g->edge_m[0][g->size[0]], g->edge_m[1][g->size[1]], g->edge_m[2][g->size[2]]);
 }
 
+bool np_scattering_field_holds(const np_scattering_field *field, np_dvec3 position) {
+  const np_transport_grid *g = &field->grid;
+  if (g->fold.period_m > 0.0) return np_transport_fold_is_within(&g->fold, position, 0.0);
+  const double p[3] = {position.x, position.y, position.z};
+  bool is_held = true;
+  for (int a = 0; a < 3; a++) {
+    const double first = np_transport_grid_middle(g, a, 0), last = np_transport_grid_middle(g, a, g->size[a] - 1);
+    is_held = is_held && (!g->is_wrapped[a] || (p[a] >= first && p[a] <= last));
+  }
+  return is_held;
+}
+
 size_t np_scattering_field_count_cells(const np_scattering_field *field) { return field->grid.active_count; }
 
 np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width) {

@@ -210,11 +210,8 @@ const np_transport_fold *np_scattering_field_get_fold(const np_scattering_field 
 /* World box of its cells. */
 void np_scattering_field_bound(const np_scattering_field *field, np_dvec3 *out_low, np_dvec3 *out_high);
 
-/* Whether the cells around a place are those of the place itself, and not of its match in another tile. */
-static inline bool np_scattering_field_holds(const np_scattering_field *field, np_dvec3 position) {
-  const np_transport_fold *fold = np_scattering_field_get_fold(field);
-  return !(fold->period_m > 0.0) || np_transport_fold_is_within(fold, position, 0.0);
-}
+/* Whether the cells around a place lie where it does, and not at its match in another tile or period. */
+bool np_scattering_field_holds(const np_scattering_field *field, np_dvec3 position);
 
 size_t np_scattering_field_count_cells(const np_scattering_field *field);
 np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width);
