@@ -351,6 +351,12 @@ static void warn_of_small_detail(const np_scene_cloud *cloud, neph_context *cont
       cloud->name, size_m, voxel_m, detail_share_min * voxel_m, 2.0 * voxel_m);
 }
 
+/* Whether a part of a cloud has fine detail. Without a key crystals have none: fibres of thin ice would crumble. */
+static bool has_detail(const cloud_build *c, unsigned part, const np_scene_detail *detail) {
+  const np_tint *tint = c->parts->volume->tint;
+  return detail->strength > 0.0 && (detail->kind == NP_DETAIL_GIVEN || !tint || !tint->parts[part].is_ice);
+}
+
 /* Detail of each of its colours, of one size in the world in its first place. */
 static neph_result build_details(const cloud_build *c, const np_affine *file_to_world) {
   const unsigned count = np_volume_count_parts(c->parts->volume);
@@ -362,7 +368,7 @@ static neph_result build_details(const cloud_build *c, const np_affine *file_to_
     const np_scene_detail detail =
         np_plan_get_fine_detail(&c->in->plan->request, c->in->scene, c->cloud, voxel_m, c->parts->low, c->parts->high);
     const double size_m = detail.size_m > 0.0 ? detail.size_m : 2.0 * voxel_m;
-    if (!(detail.strength > 0.0)) continue;
+    if (!has_detail(c, k, &detail)) continue;
     if (k == 0) warn_of_small_detail(c->cloud, c->in->context, size_m, voxel_m);
     np_brick_detail_desc desc = {.source = &part->bricks, .strength = (float)detail.strength, .seed = detail.seed};
     for (int a = 0; a < 3; a++)
