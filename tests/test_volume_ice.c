@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "core/disk_cache.h"
+#include "core/random.h"
 #include "scene/scene_private.h"
 #include "test_clouds.h"
 #include "volume/instance.h"
@@ -60,6 +62,74 @@ static void parts_add_up(void **state) {
   neph_volume_release(whole);
 }
 
+enum { POINTS = 4000 };
+
+/* Sum of a volume's levels, and of those of crystals alone. */
+static void sample_levels(const neph_volume *volume, np_dvec3 at, double *out_all, double *out_ice) {
+  *out_all = *out_ice = 0;
+  for (unsigned k = 0; k < np_volume_count_parts(volume); k++) {
+    const double value = (double)sample(np_volume_get_part(volume, k), at);
+    *out_all += value;
+    *out_ice += volume->tint->parts[k].is_ice ? value : 0;
+  }
+}
+
+/* A copy of a volume that a cache returns. */
+static neph_volume *pass_cache(const neph_volume *volume) {
+  static const char key[] = "00000000000000000000000000000000";
+  neph_context *context = test_context_create_cached(1, NULL);
+  neph_volume *copy = NULL;
+  np_cache_entry entry;
+  np_cache_write_begin(context, "test", key, &entry);
+  np_volume_save_to_cache(volume, &entry);
+  np_cache_write_commit(&entry);
+  assert_true(np_cache_read_begin(context, "test", key, &entry));
+  assert_int_equal(np_volume_load_from_cache(context, &entry, &copy), NEPH_OK);
+  assert_true(np_cache_read_end(&entry));
+  neph_context_destroy(context);
+  return copy;
+}
+
+/* Between samples and across borders of levels too the parts of three levels add up to what the levels were, but for
+ * rounding. Ice is in the share of the altitudes within a voxel. A cache returns
+ * the levels to the bit, although the box of the first is that of all. */
+static void levels_have_parts_that_add_up(void **state) {
+  fixture *f = *state;
+  neph_cloud_desc desc = f->scene->clouds[0].bake;
+  neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
+  neph_volume *volumes[3];
+  desc.voxel_m = 200;
+  bake.precision = NEPH_PRECISION_FLOAT;
+  bake.lod_count = 3;
+  bake.lod_angle_rad = 0.03;
+  bake.lod_viewer_min_m[1] = bake.lod_viewer_max_m[1] = -16e3;
+  for (int i = 0; i < 2; i++) assert_int_equal(neph_cloud_bake(f->context, &desc, &bake, &volumes[i]), NEPH_OK);
+  const unsigned levels = np_volume_count_parts(volumes[0]);
+  assert_int_equal(levels, 3);
+  assert_int_equal(np_volume_split_ice(volumes[1], NEPH_PRECISION_FLOAT, NULL), NEPH_OK);
+  assert_int_equal(np_volume_count_parts(volumes[1]), 6);
+  volumes[2] = pass_cache(volumes[1]);
+  assert_non_null(volumes[2]);
+  int mixed = 0;
+  np_random random = np_random_start(3, 0, 0, 0, 0);
+  for (int n = 0; n < POINTS; n++) {
+    const np_dvec3 at = np_dvec3_make(28e3 * (np_random_double(&random) - 0.5),
+                                      28e3 * (np_random_double(&random) - 0.5), 1e3 + 10e3 * np_random_double(&random));
+    double all, ice, whole, none, loaded, loaded_ice;
+    sample_levels(volumes[0], at, &whole, &none);
+    sample_levels(volumes[1], at, &all, &ice);
+    sample_levels(volumes[2], at, &loaded, &loaded_ice);
+    assert_true(loaded == all && loaded_ice == ice);
+    assert_near(all, whole, 1e-4 * whole + 1e-7);
+    assert_true(ice <= 1.0001 * all * (double)np_ice_compute_share(at.z + 800) + 1e-7);
+    assert_true(ice >= 0.9999 * all * (double)np_ice_compute_share(at.z - 800) - 1e-7);
+    mixed += ice > 0 && ice < 0.99 * all;
+  }
+  print_message("%d of %d points in droplets and crystals\n", mixed, POINTS);
+  assert_true(mixed > 100);
+  for (int i = 0; i < 3; i++) neph_volume_release(volumes[i]);
+}
+
 static void a_warm_cloud_has_no_parts(void **state) {
   fixture *f = *state;
   neph_cloud_desc desc = f->scene->clouds[0].bake;
@@ -77,9 +147,13 @@ static void anvils_have_ice_unless_a_key_says_otherwise(void **state) {
   static const struct {
     const char *key, *value;
     bool has_ice;
-  } rows[] = {{"clouds[0].bake.seed", "5", true},       {"clouds[0].phase", "{droplets: {}}", false},
-              {"clouds[0].phase", "{hg: 0.85}", false}, {"clouds[0].bake.anvil", "0", false},
-              {"clouds[0].bake.levels", "2", false},    {"clouds[0].bake.preset", "cumulus_congestus", false}};
+  } rows[] = {{"clouds[0].bake.seed", "5", true},
+              {"clouds[0].phase", "{droplets: {}}", false},
+              {"clouds[0].phase", "{hg: 0.85}", false},
+              {"clouds[0].bake.anvil", "0", false},
+              {"clouds[0].bake.levels", "4", true},
+              {"clouds[0].bake.levels", "5", false},
+              {"clouds[0].bake.preset", "cumulus_congestus", false}};
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
     neph_scene *other;
     assert_int_equal(neph_scene_load_text(f->context, scene, "dir/scene.yaml", &other), NEPH_OK);
@@ -152,6 +226,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(ice_follows_the_temperature),
       cmocka_unit_test_setup_teardown(parts_add_up, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(levels_have_parts_that_add_up, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_warm_cloud_has_no_parts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(anvils_have_ice_unless_a_key_says_otherwise, set_up, tear_down),
       cmocka_unit_test_setup_teardown(both_integrators_render_ice, set_up, tear_down),

@@ -435,14 +435,16 @@ bool np_scene_cloud_has_steps(const np_scene_cloud *cloud);
 /* Whether a grid name is "none". */
 static inline bool np_scene_is_none(const char *name) { return name && !strcmp(name, "none"); }
 
-/* Whether a cloud's droplets may have the sizes of its file. */
+enum { NP_ICE_LEVELS_MAX = 4 }; /* each level has two parts (volume/volume_ice.h) */
+
 /* Whether the cold part of a baked cloud, its anvil above all, is of ice: where no key sets the phase function, and its
  * volume has no other parts. */
 static inline bool np_scene_cloud_has_ice(const np_scene_cloud *cloud) {
-  return cloud->is_baked && !cloud->has_phase && cloud->bake.anvil > 0.0 && cloud->level_count < 2 &&
+  return cloud->is_baked && !cloud->has_phase && cloud->bake.anvil > 0.0 && cloud->level_count <= NP_ICE_LEVELS_MAX &&
          !(cloud->bake.repeat_m > 0.0);
 }
 
+/* Whether a cloud's droplets may have the sizes of its file. */
 static inline bool np_scene_cloud_has_sizes(const np_scene_cloud *cloud) {
   const bool is_one_size = cloud->sizes ? np_scene_is_none(cloud->sizes) : cloud->has_diameter;
   return !cloud->is_baked && cloud->phase_source.kind == NEPH_PHASE_DROPLETS && !is_one_size;

@@ -29,10 +29,16 @@ static neph_result build_phase_bands(const phase_load *c, const np_phase_source 
   return result;
 }
 
+static bool has_ice(const neph_volume *volume) {
+  const np_tint *tint = volume ? volume->tint : NULL;
+  for (unsigned k = 0; tint && k < tint->count; k++)
+    if (tint->parts[k].is_ice) return true;
+  return false;
+}
+
 /* The crystals of a cloud's cold part. */
 static neph_result load_ice(const phase_load *c) {
-  const np_tint *tint = c->parts->volume ? c->parts->volume->tint : NULL;
-  if (!tint || !tint->parts[tint->count - 1].is_ice) return NEPH_OK;
+  if (!has_ice(c->parts->volume)) return NEPH_OK;
   np_phase_source ice = c->cloud->phase_source;
   ice.kind = NEPH_PHASE_ICE;
   np_log(c->in->context, NEPH_LOG_INFO,

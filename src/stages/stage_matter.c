@@ -257,8 +257,10 @@ static neph_result add_copy_levels(const np_volumes_inputs *in, const np_scene_c
 
 /* Splits ice from the droplets of a cold cloud, baked, or read from the file or cache that its bake went to. */
 static neph_result add_ice(const np_volumes_inputs *in, const np_scene_cloud *cloud, neph_volume *volume) {
-  if (!volume || volume->tint || !np_scene_cloud_has_ice(cloud)) return NEPH_OK;
+  if (!volume || !np_scene_cloud_has_ice(cloud)) return NEPH_OK;
   const neph_precision precision = np_plan_get_precision(in->plan, cloud);
+  if (np_volume_has_parts(volume, NP_PARTS_OF_CELLS)) return np_volume_split_ice(volume, precision, in->monitor);
+  if (volume->tint) return NEPH_OK;
   return np_tint_create_ice(in->scene->context, volume, precision, in->monitor, &volume->tint);
 }
 

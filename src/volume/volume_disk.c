@@ -54,9 +54,12 @@ void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
   const np_tint *levels = np_volume_has_shares(volume) ? NULL : volume->tint; /* shares are split again */
   const uint32_t level_count = levels ? levels->count : 1;
   const uint32_t kind = levels ? levels->kind : NP_PARTS_OF_CELLS;
+  uint32_t ice = 0; /* one bit for each level of crystals */
+  for (uint32_t k = 0; levels && k < level_count; k++) ice |= (uint32_t)levels->parts[k].is_ice << k;
   save(volume, entry);
   NP_CACHE_WRITE(entry, level_count);
   NP_CACHE_WRITE(entry, kind);
+  NP_CACHE_WRITE(entry, ice);
   for (uint32_t k = 1; k < level_count; k++) save(levels->parts[k].volume, entry);
 }
 
@@ -79,6 +82,7 @@ static void unpack_header(const volume_header *h, neph_volume *volume) {
   b->brick_count = (size_t)h->brick_count, b->node_count = (size_t)h->node_count;
 }
 
+/* Whether a volume's voxels are within its bricks. The box of a volume with levels encloses them all. */
 static bool is_box_inside(const neph_volume *volume) {
   const np_bricks *b = &volume->bricks;
   for (int a = 0; a < 3; a++) {
@@ -90,12 +94,12 @@ static bool is_box_inside(const neph_volume *volume) {
   return true;
 }
 
-/* Whether a loaded volume is consistent: both transforms agree, and its voxels are within its bricks. */
+/* Whether a loaded volume is consistent: both transforms agree. */
 static bool is_sound(const neph_volume *volume) {
   np_affine inverse;
   if (!np_affine_invert(&volume->index_to_world, &inverse)) return false;
   if (memcmp(&inverse, &volume->world_to_index, sizeof inverse) != 0) return false;
-  if (!np_bricks_check_shape(&volume->bricks) || !is_box_inside(volume)) return false;
+  if (!np_bricks_check_shape(&volume->bricks)) return false;
   const float values[] = {volume->value_min, volume->value_max};
   return np_cache_are_finite(values, 2);
 }
@@ -134,8 +138,8 @@ static neph_result load(neph_context *context, np_cache_entry *entry, neph_volum
   return NEPH_OK;
 }
 
-static neph_result load_levels(np_cache_entry *entry, np_volume_parts kind, uint32_t count, neph_volume *volume,
-                               bool *out_has_all) {
+static neph_result load_levels(np_cache_entry *entry, np_volume_parts kind, uint32_t count, uint32_t ice,
+                               neph_volume *volume, bool *out_has_all) {
   neph_result result = np_tint_create_levels(volume->context, kind, &volume->tint);
   *out_has_all = true;
   for (uint32_t k = 1; k < count && !result && *out_has_all; k++) {
@@ -144,18 +148,20 @@ static neph_result load_levels(np_cache_entry *entry, np_volume_parts kind, uint
     *out_has_all = level != NULL;
     if (level) np_tint_add_level(volume->tint, level);
   }
+  for (uint32_t k = 0; k < count && !result; k++) volume->tint->parts[k].is_ice = ice >> k & 1;
   return result;
 }
 
 neph_result np_volume_load_from_cache(neph_context *context, np_cache_entry *entry, neph_volume **out_volume) {
-  uint32_t level_count = 0, kind = 0;
+  uint32_t level_count = 0, kind = 0, ice = 0;
   neph_result result = load(context, entry, out_volume);
   if (result || !*out_volume) return result;
-  bool has_all = NP_CACHE_READ(entry, level_count) && NP_CACHE_READ(entry, kind) &&
+  bool has_all = NP_CACHE_READ(entry, level_count) && NP_CACHE_READ(entry, kind) && NP_CACHE_READ(entry, ice) &&
                  np_cache_read_check(entry, level_count >= 1 && level_count <= NP_TINT_PARTS_MAX &&
                                                 (kind == NP_PARTS_OF_CELLS || kind == NP_PARTS_OF_COPIES));
+  has_all = has_all && np_cache_read_check(entry, level_count > 1 || is_box_inside(*out_volume));
   if (has_all && level_count > 1)
-    result = load_levels(entry, (np_volume_parts)kind, level_count, *out_volume, &has_all);
+    result = load_levels(entry, (np_volume_parts)kind, level_count, ice, *out_volume, &has_all);
   if (!result && has_all) return NEPH_OK;
   neph_volume_release(*out_volume);
   *out_volume = NULL;

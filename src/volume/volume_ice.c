@@ -55,3 +55,65 @@ neph_result np_tint_create_ice(neph_context *context, const neph_volume *density
     np_tint_destroy(tint);
   return result;
 }
+
+/* ---- Levels of detail ---- */
+
+/* The level keeps its box, which encloses its parts. */
+static void take_bricks(neph_volume *level, neph_volume *part) {
+  const np_bricks whole = level->bricks;
+  level->bricks = part->bricks;
+  part->bricks = whole;
+  neph_volume_release(part);
+}
+
+/* Splits a level; its crystals are appended if it has droplets too. */
+static neph_result split_level(neph_volume *volume, unsigned k, neph_precision precision, np_monitor *monitor) {
+  np_tint *tint = volume->tint;
+  neph_volume *level = k > 0 ? tint->parts[k].volume : volume, *parts[PARTS] = {NULL, NULL};
+  np_split split = {.context = volume->context,
+                    .density = level,
+                    .precision = precision,
+                    .monitor = monitor,
+                    .is_level = true,
+                    .compute_shares = compute_shares,
+                    .user = &split};
+  neph_result result = np_split_start(&split, "bake", "phase.droplets");
+  if (!result) result = np_split_make_part(&split, CRYSTALS, &parts[CRYSTALS]);
+  if (!result && parts[CRYSTALS]) result = np_split_make_part(&split, DROPLETS, &parts[DROPLETS]);
+  np_split_clear(&split);
+  const bool is_mixed = parts[DROPLETS] && parts[CRYSTALS];
+  if (!result && is_mixed) {
+    take_bricks(level, parts[DROPLETS]);
+    tint->parts[tint->count++] = (np_tint_part){.volume = parts[CRYSTALS], .color = {1.0, 1.0, 1.0}, .is_ice = true};
+    return NEPH_OK;
+  }
+  if (!result && parts[CRYSTALS]) tint->parts[k].is_ice = true;
+  for (int p = 0; p < PARTS; p++) neph_volume_release(parts[p]);
+  return result;
+}
+
+/* False, with a warning, where a level has too many blocks. */
+static bool can_split(const neph_volume *volume) {
+  for (unsigned k = 0; k < volume->tint->count; k++) {
+    const size_t blocks = np_bricks_list_cells(&np_volume_get_part(volume, k)->bricks, NULL);
+    if (blocks <= NP_SPLIT_BLOCKS_MAX) continue;
+    np_log(
+        volume->context, NEPH_LOG_WARNING,
+        "bake: %zu blocks of 8³ voxels of level %u hold cloud, must be at most %d for ice: all of it is of droplets; "
+        "enlarge voxel, or set phase to {droplets: {}}",
+        blocks, k, (int)NP_SPLIT_BLOCKS_MAX);
+    return false;
+  }
+  return true;
+}
+
+neph_result np_volume_split_ice(neph_volume *volume, neph_precision precision, np_monitor *monitor) {
+  const unsigned count = volume->tint->count;
+  for (unsigned k = 0; k < count; k++)
+    if (volume->tint->parts[k].is_ice) return NEPH_OK; /* a cache returned split levels */
+  if (!can_split(volume)) return NEPH_OK;
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k < count && volume->tint->count < NP_TINT_PARTS_MAX && !result; k++)
+    result = split_level(volume, k, precision, monitor);
+  return result;
+}

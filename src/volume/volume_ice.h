@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ice in the cold part of a cloud: its density split in two parts, droplets and crystals, by altitude. */
+/* Ice in the cold part of a cloud: its density, or that of each level of detail, split in two parts, droplets and
+ * crystals, by altitude. */
 #ifndef NP_VOLUME_VOLUME_ICE_H
 #define NP_VOLUME_VOLUME_ICE_H
 
@@ -17,5 +18,9 @@ float np_ice_compute_share(double altitude_m);
 /* Splits a density in metres of the world, its z the altitude; NULL if no voxel has ice. */
 neph_result np_tint_create_ice(neph_context *context, const neph_volume *density, neph_precision precision,
                                np_monitor *monitor, np_tint **out_tint);
+
+/* Splits each level of detail of a volume in metres of the world: crystals become further levels, whose number is
+ * limited to NP_TINT_PARTS_MAX together with the others. */
+neph_result np_volume_split_ice(neph_volume *volume, neph_precision precision, np_monitor *monitor);
 
 #endif

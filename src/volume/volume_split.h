@@ -5,13 +5,18 @@
 
 #include "volume/volume_tint.h"
 
+enum { NP_SPLIT_BLOCKS_MAX = 1 << 20 };
+
 typedef struct np_split {
   neph_context *context;
   const neph_volume *density;
   neph_precision precision; /* precision of the parts */
   np_monitor *monitor;
-  size_t block_count;
-  int32_t (*cells)[3]; /* owned; blocks of 8³ voxels that are not empty, in brick coordinates */
+  bool is_level; /* the density is one of several levels of detail, which is used for its own cells alone */
+  size_t block_count, border_count;
+  /* Owned; in brick coordinates, blocks of 8³ voxels that are not empty, then, of a level, the blocks of other levels
+   * whose first samples its blocks share. */
+  int32_t (*cells)[3];
   /* Shares of the parts in voxel n of a block (x slowest, z fastest), where the density is above 0. */
   void (*compute_shares)(const void *user, size_t block, int n, float out[NP_TINT_PARTS_MAX]);
   const void *user;
