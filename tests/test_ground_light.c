@@ -211,8 +211,11 @@ static void periods_repeat(void **state) {
     const float open = n % 3 == 1 ? 0.5f : 0.25f;
     points[n] = (np_ground_light_value){.open = np_spectrum_grey(open), .added = np_spectrum_grey(open)};
   }
-  const np_ground_light light = {
-      .size = {3, 2}, .origin_m = {100.0, -50.0}, .spacing_m = 200.0, .period_m = {400.0, 200.0}, .points = points};
+  const np_ground_light light = {.size = {3, 2},
+                                 .origin_m = {100.0, -50.0},
+                                 .spacing_m = 200.0,
+                                 .period = {{100.0, 400.0, 400.0}, {-50.0, 200.0, 200.0}},
+                                 .points = points};
   for (int k = -3; k < 4; k++) {
     const np_dvec3 joint = np_dvec3_make(100.0 + 400.0 * k, 10.0 + 200.0 * k, 0.0);
     const np_dvec3 middle = np_dvec3_make(300.0 + 400.0 * k, 10.0, 0.0),
@@ -223,9 +226,26 @@ static void periods_repeat(void **state) {
   }
 }
 
+/* The last period of a stretch stands for all beyond its ends; within it every place has its own light. */
+static void last_period_stands_for_all_beyond(void **state) {
+  (void)state;
+  np_ground_light_value points[8];
+  for (int n = 0; n < 8; n++)
+    points[n].open = points[n].added = np_spectrum_grey(n % 4 < 2 ? 0.1f * (float)(n % 4) : 0.5f);
+  const np_ground_light light = {
+      .size = {4, 2}, .origin_m = {0.0, 0.0}, .spacing_m = 100.0, .period[0] = {0.0, 300.0, 100.0}, .points = points};
+  const double at_m[] = {0.0, 50.0, 100.0, 250.0, 310.0, 1e4, -10.0, -1e4},
+               value[] = {0.0, 0.05, 0.1, 0.5, 0.5, 0.5, 0.5, 0.5};
+  for (int n = 0; n < 8; n++) {
+    const np_ground_light_value got = np_ground_light_get(&light, np_dvec3_make(at_m[n], 50.0, 0.0));
+    assert_near((double)got.added.band[0], value[n], 1e-6);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(periods_repeat),
+      cmocka_unit_test(last_period_stands_for_all_beyond),
 
       cmocka_unit_test(a_white_cloud_casts_no_shade_in_a_furnace),
       cmocka_unit_test(the_cloud_shines_on_what_is_below_it),

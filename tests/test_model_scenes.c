@@ -184,8 +184,8 @@ static void assert_domain(const test_fixture *f, const char *path) {
   desc.repeat_m[0] = desc.repeat_m[1] = NEPH_REPEAT_FILE;
   assert_int_equal(neph_volume_load(f->context, path, &desc, &volume), NEPH_OK);
   assert_true(volume->active_max[0] - volume->active_min[0] + 1 < MODEL_X);
-  assert_near(volume->period_voxels[0], MODEL_X, 0.0);
-  assert_near(volume->period_voxels[1], MODEL_Y, 0.0);
+  assert_near(volume->bricks.field_period[0], MODEL_X, 0.0);
+  assert_near(volume->bricks.field_period[1], MODEL_Y, 0.0);
   for (int a = 0; a < 2; a++) assert_near(volume->index_to_world.m[a][3], alone->index_to_world.m[a][3], 1e-9);
   neph_volume_release(volume);
   neph_volume_release(alone);

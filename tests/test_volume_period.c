@@ -306,7 +306,7 @@ static void pictures_equal_copies(void **state) {
 }
 
 /* Low sun, multiple scattering, and an eye at a distance at which cells are prepared for it. */
-static double render_from(const test_fixture *f, double x_m, double y_m) {
+static double render_from(const test_fixture *f, double x_m, double y_m, const char *others) {
   char text[2048];
   snprintf(text, sizeof text,
            "version: 1\n"
@@ -316,8 +316,8 @@ static double render_from(const test_fixture *f, double x_m, double y_m) {
            "atmosphere: {preset: none}\n"
            "environment: {planet: none}\n"
            "render: {samples: 16, sun_optical_depth: march}\n"
-           "clouds: [{extinction: 0.02 1/m, precision: float, phase: {hg: 0.8}, vdb: %s, repeat: file}]\n",
-           x_m, y_m - 2000.0, x_m, y_m, f->path);
+           "clouds: [{extinction: 0.02 1/m, precision: float, phase: {hg: 0.8}, vdb: %s, repeat: file}%s]\n",
+           x_m, y_m - 2000.0, x_m, y_m, f->path, others);
   neph_scene *scene;
   neph_image *image;
   assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
@@ -333,10 +333,25 @@ static double render_from(const test_fixture *f, double x_m, double y_m) {
 static void periods_look_alike(void **state) {
   const test_fixture *f = *state;
   write_field(f->context, f->path, 1);
-  const double here = render_from(f, 115.0, 235.0);
+  const double here = render_from(f, 115.0, 235.0, "");
   assert_true(here > 0.0);
-  assert_near(render_from(f, 115.0 + 6.0 * WIDTH * voxel_m, 235.0) / here, 1.0, 1e-3);
-  assert_near(render_from(f, 115.0, 235.0 - 14.0 * DEPTH * voxel_m) / here, 1.0, 1e-3);
+  assert_near(render_from(f, 115.0 + 6.0 * WIDTH * voxel_m, 235.0, "") / here, 1.0, 1e-3);
+  assert_near(render_from(f, 115.0, 235.0 - 14.0 * DEPTH * voxel_m, "") / here, 1.0, 1e-3);
+}
+
+/* Clouds so thin that they hide and shine by less than 1e-3 leave a field as it is alone: one that ends, and one that
+ * repeats by a length of its own. 2 %: cells are placed anew, and are up to an eighth wider. */
+static void thin_clouds_change_nothing(void **state) {
+  const test_fixture *f = *state;
+  char ending[1024], endless[1024];
+  write_field(f->context, f->path, 1);
+  snprintf(ending, sizeof ending, ", {vdb: %s, extinction: 1e-7 1/m, position: [0 m, 0 m, 300 m]}", f->path);
+  snprintf(endless, sizeof endless, ", {vdb: %s, extinction: 1e-7 1/m, repeat: [575 m, 325 m]}", f->path);
+  for (int n = 0; n < 2; n++) {
+    const double x_m = 115.0 + (n ? 40.0 * WIDTH * voxel_m : 0.0), alone = render_from(f, x_m, 235.0, "");
+    assert_near(render_from(f, x_m, 235.0, ending) / alone, 1.0, 0.02);
+    assert_near(render_from(f, x_m, 235.0, endless) / alone, 1.0, 0.02);
+  }
 }
 
 /* ---- Refusals ---- */
@@ -393,10 +408,16 @@ static int set_up_file(void **state) { return test_set_up(state, 2, "field.vdb")
 #define ON_FILE(test) cmocka_unit_test_setup_teardown(test, set_up_file, test_tear_down)
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
-      ON_FILE(repeats_as_copies),          ON_FILE(repeats_halved),     ON_FILE(leaves_a_gap),
-      ON_FILE(ends_at_its_reach),          ON_FILE(keeps_steps_sharp),  ON_FILE(integrates_steps),
-      ON_FILE(pictures_equal_copies),      ON_FILE(periods_look_alike), ON_FILE(refuses),
-      ON_FILE(refuses_sequences_and_bakes)};
+  const struct CMUnitTest tests[] = {ON_FILE(repeats_as_copies),
+                                     ON_FILE(repeats_halved),
+                                     ON_FILE(leaves_a_gap),
+                                     ON_FILE(ends_at_its_reach),
+                                     ON_FILE(keeps_steps_sharp),
+                                     ON_FILE(integrates_steps),
+                                     ON_FILE(pictures_equal_copies),
+                                     ON_FILE(periods_look_alike),
+                                     ON_FILE(thin_clouds_change_nothing),
+                                     ON_FILE(refuses),
+                                     ON_FILE(refuses_sequences_and_bakes)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

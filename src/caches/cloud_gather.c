@@ -30,7 +30,7 @@ bool np_cloud_gather_clip(const np_cloud_gather *g, np_dvec3 origin, np_vec3 dir
   *out_begin = 0.0;
   *out_end = g->fold.period_m > 0.0 ? g->fold.range_m : HUGE_VAL;
   for (int a = 0; a < 3; a++) {
-    if (a < 2 && (g->period_m[a] > 0.0 || g->fold.period_m > 0.0)) continue;
+    if (a < 2 && (g->period[a].length_m > 0.0 || g->fold.period_m > 0.0)) continue;
     if (fabs(d[a]) < 1e-12) {
       if (o[a] < low[a] || o[a] > high[a]) return false;
       continue;

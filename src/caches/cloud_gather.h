@@ -13,13 +13,14 @@
 
 #include "caches/sun_optical_depth.h"
 #include "transport/scattering_field.h"
+#include "volume/instance_period.h"
 
 typedef struct np_cloud_gather {
   const np_world *world; /* borrowed, as all that follows */
   const np_sun_optical_depths *depths;
   const np_scattering_field *scattering;
   np_dvec3 bounds_min, bounds_max; /* box of all density, of one period or tile where it repeats */
-  double period_m[2];              /* periods of all clouds along x and y; 0: none */
+  np_light_period period[2];       /* along x and y, from the box on; a length of 0: light does not repeat */
   np_transport_fold fold;          /* tiles of which the box is one; a period of 0: none */
   bool is_coarse;                  /* fewer points, for a first picture or a draft */
   float fade[NP_INSTANCES_MAX];    /* factor on each cloud's optical depth in the scaled medium */

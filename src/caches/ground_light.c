@@ -171,15 +171,15 @@ static void place(const np_cloud_gather *g, np_ground_light *c) {
   double width[2] = {high.x - low.x + beyond, high.y - low.y + beyond};
   c->fold = g->fold;
   for (int a = 0; a < 2; a++) {
-    c->period_m[a] = g->period_m[a];
-    if (c->period_m[a] > 0.0) width[a] = c->period_m[a];
+    c->period[a] = g->period[a];
+    if (c->period[a].length_m > 0.0) width[a] = c->period[a].length_m;
   }
   const double wanted = fmax((low.z - ground) / 3.0, reach / 24.0);
   c->spacing_m = fmax(wanted, fmax(width[0], width[1]) / (POINTS_MAX - 1));
   if (g->is_coarse) c->spacing_m *= 2.0;
   for (int a = 0; a < 2; a++) {
     c->size[a] = (int32_t)ceil(width[a] / c->spacing_m) + 1;
-    c->origin_m[a] = c->period_m[a] > 0.0 ? low_m[a] : middle[a] - 0.5 * (c->size[a] - 1) * c->spacing_m;
+    c->origin_m[a] = c->period[a].length_m > 0.0 ? low_m[a] : middle[a] - 0.5 * (c->size[a] - 1) * c->spacing_m;
   }
 }
 
@@ -206,7 +206,7 @@ neph_result np_ground_light_build(neph_context *context, const np_cloud_gather *
   ground_fill f = {gather, step * np_cloud_gather_compute_voxel(gather->world), out, out_rays};
   memcpy(out->fade, gather->fade, sizeof out->fade);
   place(gather, out);
-  out->is_of_fire = gather->world->emission && !(out->period_m[0] > 0.0 || out->period_m[1] > 0.0);
+  out->is_of_fire = gather->world->emission != NULL;
   const size_t count = np_ground_light_count_points(out);
   out->points = np_alloc(context, count, sizeof *out->points);
   out_rays->directions = np_alloc(context, DIRECTIONS, sizeof *out_rays->directions);
@@ -238,7 +238,7 @@ void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
   NP_CACHE_WRITE(entry, is_of_fire);
   NP_CACHE_WRITE(entry, cache->origin_m);
   NP_CACHE_WRITE(entry, cache->spacing_m);
-  NP_CACHE_WRITE(entry, cache->period_m);
+  NP_CACHE_WRITE(entry, cache->period);
   NP_CACHE_WRITE(entry, cache->fold);
   NP_CACHE_WRITE(entry, cache->fade);
   np_cache_write(entry, cache->points, np_ground_light_count_points(cache) * sizeof *cache->points);
@@ -248,7 +248,7 @@ void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
 static bool is_sound(const np_ground_light *cache) {
   for (int a = 0; a < 2; a++)
     if (cache->size[a] < 2 || cache->size[a] > POINTS_MAX + 1 || !isfinite(cache->origin_m[a]) ||
-        !(cache->period_m[a] >= 0.0 && isfinite(cache->period_m[a])))
+        !np_light_period_is_sound(cache->period[a]))
       return false;
   return cache->spacing_m > 0.0 && isfinite(cache->spacing_m) && np_tile_is_sound(&cache->fold) &&
          np_cache_are_finite(cache->fade, NP_INSTANCES_MAX);
@@ -258,8 +258,8 @@ bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_groun
   uint64_t is_of_fire;
   *out = (np_ground_light){.context = context};
   if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->origin_m) ||
-      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) ||
-      !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->fade))
+      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period) || !NP_CACHE_READ(entry, out->fold) ||
+      !NP_CACHE_READ(entry, out->fade))
     return false;
   if (!np_cache_read_check(entry, is_of_fire <= 1 && is_sound(out))) return false;
   out->is_of_fire = is_of_fire;
@@ -286,10 +286,9 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
   int32_t lower[2];
   float w[2], rim = 1.0f;
   for (int a = 0; a < 2; a++) {
-    const bool is_wrapped = c->period_m[a] > 0.0;
-    const double turns = is_wrapped ? floor((p[a] - c->origin_m[a]) / c->period_m[a]) : 0.0;
-    const double at = p[a] - turns * c->period_m[a];
-    const double last = c->size[a] - 1, u = np_clamp((at - c->origin_m[a]) / c->spacing_m, 0.0, last);
+    const bool is_wrapped = c->period[a].length_m > 0.0;
+    const double at = np_light_period_match(c->period[a], p[a]) - c->origin_m[a];
+    const double last = c->size[a] - 1, u = np_clamp(at / c->spacing_m, 0.0, last);
     lower[a] = (int32_t)u < c->size[a] - 2 ? (int32_t)u : c->size[a] - 2;
     w[a] = (float)(u - lower[a]);
     if (!is_wrapped && !is_folded) rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));

@@ -10,6 +10,7 @@
 #define NP_CACHES_GROUND_LIGHT_H
 
 #include "caches/gather_air.h"
+#include "volume/instance_period.h"
 
 /* Irradiance of level ground at one place from the irradiance E of a clear sky: `open`·E + `added`. */
 typedef struct np_ground_light_value {
@@ -29,7 +30,7 @@ typedef struct np_ground_light {
   int32_t size[2];       /* points */
   bool is_of_fire;
   double origin_m[2], spacing_m;
-  double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
+  np_light_period period[2];     /* along x and y, from the first point on; a length of 0: light does not repeat */
   np_transport_fold fold;        /* tiles of which the points cover one; a period of 0: none */
   np_ground_light_value *points; /* x fastest */
   float fade[NP_INSTANCES_MAX];  /* share of each cloud's optical depth that attenuates sunlight: its forward peak

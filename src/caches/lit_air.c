@@ -80,14 +80,14 @@ static void place(const np_cloud_gather *g, np_lit_air *a) {
   double width[2] = {high.x - low.x + beyond, high.y - low.y + beyond};
   a->fold = g->fold;
   for (int n = 0; n < 2; n++) {
-    a->period_m[n] = g->period_m[n];
-    if (a->period_m[n] > 0.0) width[n] = a->period_m[n];
+    a->period[n] = g->period[n];
+    if (a->period[n].length_m > 0.0) width[n] = a->period[n].length_m;
   }
   a->spacing_m = fmax(width[0], width[1]) / (POINTS_MAX - 1);
   if (g->is_coarse) a->spacing_m *= 2.0;
   for (int n = 0; n < 2; n++) {
     a->size[n] = (int32_t)fmax(ceil(width[n] / a->spacing_m), 1.0) + 1;
-    a->origin_m[n] = a->period_m[n] > 0.0 ? low_m[n] : middle[n] - 0.5 * (a->size[n] - 1) * a->spacing_m;
+    a->origin_m[n] = a->period[n].length_m > 0.0 ? low_m[n] : middle[n] - 0.5 * (a->size[n] - 1) * a->spacing_m;
   }
   place_levels(a, ground, high.z, reach);
 }
@@ -428,7 +428,7 @@ neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gathe
                              np_monitor *monitor, np_lit_air *out) {
   *out = (np_lit_air){.context = context};
   place(gather, out);
-  out->is_of_fire = gather->world->emission && !(out->period_m[0] > 0.0 || out->period_m[1] > 0.0);
+  out->is_of_fire = gather->world->emission != NULL;
   const size_t count = count_points(out);
   air_fill f = {.gather = gather,
                 .ground_light = ground_light,
@@ -465,7 +465,7 @@ void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry) {
   NP_CACHE_WRITE(entry, light->fall);
   NP_CACHE_WRITE(entry, light->origin_m);
   NP_CACHE_WRITE(entry, light->spacing_m);
-  NP_CACHE_WRITE(entry, light->period_m);
+  NP_CACHE_WRITE(entry, light->period);
   NP_CACHE_WRITE(entry, light->fold);
   NP_CACHE_WRITE(entry, light->level_m);
   NP_CACHE_WRITE(entry, light->clear);
@@ -476,7 +476,7 @@ void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry) {
 static bool is_sound(const np_lit_air *light) {
   for (int n = 0; n < 2; n++)
     if (light->size[n] < 2 || light->size[n] > POINTS_MAX + 1 || !isfinite(light->origin_m[n]) ||
-        !(light->period_m[n] >= 0.0 && isfinite(light->period_m[n])))
+        !np_light_period_is_sound(light->period[n]))
       return false;
   for (int k = 0; k < LEVELS; k++)
     if (!isfinite(light->level_m[k]) || (k > 0 && !(light->level_m[k] > light->level_m[k - 1]))) return false;
@@ -496,8 +496,8 @@ bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *o
   *out = (np_lit_air){.context = context};
   if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->fire) ||
       !NP_CACHE_READ(entry, out->fall) || !NP_CACHE_READ(entry, out->origin_m) ||
-      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) ||
-      !NP_CACHE_READ(entry, out->fold) || !NP_CACHE_READ(entry, out->level_m) || !NP_CACHE_READ(entry, out->clear))
+      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period) || !NP_CACHE_READ(entry, out->fold) ||
+      !NP_CACHE_READ(entry, out->level_m) || !NP_CACHE_READ(entry, out->clear))
     return false;
   out->is_of_fire = is_of_fire;
   const bool is_fire_sound = np_cache_are_finite(out->fall.band, NP_BAND_COUNT) && has_fire_inside(out);
@@ -510,10 +510,9 @@ bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *o
 
 /* Lower neighbour along a level, and the fraction to the next; returns how much of the change the rim leaves. */
 static float locate(const np_lit_air *a, int axis, double x, int32_t *out_lower, float *out_part) {
-  const bool is_wrapped = a->period_m[axis] > 0.0;
-  const double turns = is_wrapped ? floor((x - a->origin_m[axis]) / a->period_m[axis]) : 0.0;
+  const bool is_wrapped = a->period[axis].length_m > 0.0;
   const double last = a->size[axis] - 1,
-               u = np_clamp((x - turns * a->period_m[axis] - a->origin_m[axis]) / a->spacing_m, 0.0, last);
+               u = np_clamp((np_light_period_match(a->period[axis], x) - a->origin_m[axis]) / a->spacing_m, 0.0, last);
   *out_lower = (int32_t)u < a->size[axis] - 2 ? (int32_t)u : a->size[axis] - 2;
   *out_part = (float)(u - *out_lower);
   return is_wrapped || a->fold.period_m > 0.0 ? 1.0f : np_smoothstepf((float)(fmin(u, last - u) / (rim_share * last)));

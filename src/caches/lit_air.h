@@ -35,7 +35,7 @@ typedef struct np_lit_air {
   np_dvec3 fire;    /* middle of its light */
   np_spectrum fall; /* a fire's light falls off as the distance to the power of −fall beyond the lattice */
   double origin_m[2], spacing_m;
-  double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
+  np_light_period period[2];         /* along x and y, from the first point on; a length of 0: light does not repeat */
   np_transport_fold fold;            /* tiles of which the points cover one; a period of 0: none */
   double level_m[NP_LIT_AIR_LEVELS]; /* heights, ascending */
   np_clear_flux clear[NP_LIT_AIR_LEVELS];

@@ -214,6 +214,18 @@ static neph_result adapt_ground(const np_ground_clouds_inputs *in, void *cached,
   return compare_gathered(&in->part, cached_key, out_reason);
 }
 
+/* Sets after which length of an axis light repeats. The box then begins where the length does. */
+static void set_period(np_cloud_gather *gather, int axis, double *low_m, double *high_m) {
+  np_light_period *period = &gather->period[axis];
+  *period = np_instances_get_light_period(&gather->world->clouds, axis);
+  if (np_light_period_is_common(*period)) {
+    period->low_m = *low_m;
+  } else {
+    *low_m = period->low_m;
+    *high_m = period->low_m + period->length_m;
+  }
+}
+
 static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_cloud_light **out) {
   const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
   const np_dvec3 voxel = np_instances_compute_voxel_extent(&in->world->clouds);
@@ -224,9 +236,9 @@ static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_clou
                             .is_coarse = np_stage_is_coarse(&in->part) ||
                                          in->part.scene->render.light_residual >= NP_SCATTERING_ROUGH,
                             .bounds_max = np_dvec3_add(in->clouds->high, voxel),
-                            .period_m = {np_instances_compute_period(&in->world->clouds, 0),
-                                         np_instances_compute_period(&in->world->clouds, 1)},
                             .fold = *np_scattering_field_get_fold(in->scattering)};
+  set_period(&gather, 0, &gather.bounds_min.x, &gather.bounds_max.x);
+  set_period(&gather, 1, &gather.bounds_min.y, &gather.bounds_max.y);
   if (gather.fold.period_m > 0.0) np_scattering_field_bound(in->scattering, &gather.bounds_min, &gather.bounds_max);
   np_cloud_gather_init(&gather);
   np_cloud_light *light = np_alloc(in->context, 1, sizeof *light);

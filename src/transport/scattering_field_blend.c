@@ -32,6 +32,7 @@ static neph_result copy_grid(const np_transport_grid *from, np_transport_grid *t
     to->size[k] = from->size[k];
     to->even_m[k] = from->even_m[k];
     to->is_wrapped[k] = from->is_wrapped[k];
+    to->repeat_m[k] = from->repeat_m[k];
     to->edge_m[k] = copy_block(context, from->edge_m[k], (size_t)from->size[k] + 1, sizeof *to->edge_m[k]);
     is_whole = is_whole && to->edge_m[k];
   }

@@ -12,7 +12,7 @@ typedef struct field_header {
   int32_t size[3];
   uint32_t degree, band_count, sweeps;
   uint64_t active_count;
-  double even_m[3], residual, error;
+  double even_m[3], repeat_m[3], residual, error;
   np_transport_fold fold;
   np_fold_light fold_light;
   float colour[NP_BAND_COUNT], scale[NP_BAND_COUNT];
@@ -40,6 +40,7 @@ static field_header fill_header(const np_scattering_field *field) {
     h.size[a] = g->size[a];
     h.even_m[a] = g->even_m[a];
     h.is_wrapped[a] = g->is_wrapped[a];
+    h.repeat_m[a] = g->repeat_m[a];
   }
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     h.colour[b] = field->medium.colour.band[b];
@@ -73,6 +74,7 @@ static void take_header(const field_header *h, np_scattering_field *field) {
     g->size[a] = h->size[a];
     g->even_m[a] = h->even_m[a];
     g->is_wrapped[a] = h->is_wrapped[a];
+    g->repeat_m[a] = h->repeat_m[a];
   }
   field->medium.band_count = h->band_count;
   field->medium.has_delta_m_residual = h->has_delta_m_residual;
@@ -89,8 +91,9 @@ static bool is_sound(const field_header *h) {
   const size_t count = np_cache_count_cells(h->size);
   if (count == 0 || count > cells_max || h->active_count > count) return false;
   return h->degree >= 1 && h->degree <= NP_DEGREE_MAX && (h->band_count == 1 || h->band_count == NP_BAND_COUNT) &&
-         np_cache_are_doubles_finite(h->even_m, 3) && h->even_m[0] >= 0.0 && h->even_m[1] >= 0.0 &&
-         h->even_m[2] >= 0.0 &&
+         np_cache_are_doubles_finite(h->even_m, 3) && np_cache_are_doubles_finite(h->repeat_m, 3) &&
+         fmin(fmin(h->repeat_m[0], h->repeat_m[1]), h->repeat_m[2]) >= 0.0 && h->even_m[0] >= 0.0 &&
+         h->even_m[1] >= 0.0 && h->even_m[2] >= 0.0 &&
          np_cache_are_doubles_finite(&h->fold.period_m, sizeof h->fold / sizeof h->fold.period_m) &&
          np_cache_are_finite(h->colour, NP_BAND_COUNT) && np_cache_are_finite(h->scale, NP_BAND_COUNT);
 }

@@ -383,6 +383,7 @@ static neph_result thin_planes(const np_transport_grid *fine, int axis, int32_t 
   out->used[axis] = (fine->used[axis] + stride - 1) / stride;
   out->even_m[axis] = stride * fine->even_m[axis];
   out->is_wrapped[axis] = fine->is_wrapped[axis];
+  out->repeat_m[axis] = fine->repeat_m[axis];
   out->edge_m[axis] = np_alloc(out->context, (size_t)out->size[axis] + 1, sizeof *out->edge_m[axis]);
   if (!out->edge_m[axis]) return NEPH_ERROR_OUT_OF_MEMORY;
   for (int32_t i = 0; i <= out->size[axis]; i++) out->edge_m[axis][i] = fine->edge_m[axis][stride * i];

@@ -5,6 +5,7 @@
 
 #include "transport/scaled_phase.h"
 #include "transport/scattering_field.h"
+#include "volume/instance_period.h"
 
 enum {
   NP_TRANSPORT_CELL_NONE = -1, /* void */
@@ -20,6 +21,7 @@ typedef struct np_transport_grid {
   double even_m[3];   /* distance of the planes; 0 where they are not even */
   int32_t used[3];    /* cells that clouds may lie in; the others pad the count, and are thin where planes are even */
   bool is_wrapped[3]; /* periodic along this axis */
+  double repeat_m[3]; /* length of the end of a wrapped axis that stands for all beyond; 0: all of it */
   bool has_ground;    /* some cells may be ground, or ground is close below them; all cells below ground are ground */
   bool is_fine;       /* light is iterated on cells twice as wide */
   bool is_flat;       /* the clouds are an eighth as thick as their box is wide, or less */
@@ -43,7 +45,7 @@ typedef struct np_transport_grid {
 neph_result np_transport_grid_place(neph_context *context, const np_world *world, const np_transport_desc *desc,
                                     np_transport_grid *out);
 
-/* Whether a period of up to a brick makes one cell of an axis. */
+/* Whether clouds do not change along an axis: they repeat with every voxel. It has one cell then. */
 bool np_transport_is_single(const np_world *world, int axis);
 
 /* (1−g)·σ at the densest point, 1/m. */
@@ -186,6 +188,11 @@ static inline int32_t np_transport_grid_locate(const np_transport_grid *grid, in
 static inline float np_transport_grid_bracket(const np_transport_grid *grid, int axis, double x, int32_t out[2]) {
   const int32_t size = grid->size[axis];
   double share;
+  if (grid->repeat_m[axis] > 0.0)
+    x = np_light_period_match((np_light_period){.low_m = grid->edge_m[axis][0],
+                                                .length_m = np_transport_grid_length(grid, axis),
+                                                .repeat_m = grid->repeat_m[axis]},
+                              x);
   if (grid->even_m[axis] > 0.0) {
     const double u = np_clamp((x - grid->edge_m[axis][0]) / grid->even_m[axis] - 0.5, -1e9, 1e9), lower = floor(u);
     out[0] = (int32_t)lower;

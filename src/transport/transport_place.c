@@ -31,15 +31,14 @@ enum { COARSEST = 8 };
 
 /* ---- What the clouds are like ---- */
 
-static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
-  *out_period_m = np_instances_compute_period(&world->clouds, axis);
-  return *out_period_m > 0.0;
+static bool is_wrapped_along(const np_world *world, int axis, np_light_period *out_period) {
+  *out_period = np_instances_get_light_period(&world->clouds, axis);
+  return out_period->length_m > 0.0;
 }
 
 bool np_transport_is_single(const np_world *world, int axis) {
-  double period;
-  return is_wrapped_along(world, axis, &period) &&
-         period <= NP_BRICK_EDGE * 1.001 * np_transport_get_voxel(world, axis);
+  np_light_period period;
+  return is_wrapped_along(world, axis, &period) && period.length_m <= 1.001 * np_transport_get_voxel(world, axis);
 }
 
 double np_transport_compute_extinction(const np_world *world) {
@@ -91,10 +90,12 @@ typedef struct even_axis {
   int32_t size, used; /* number of cells, and of the ones that clouds need; the others pad the count, and are thin */
   double origin_m, edge_m;
   bool is_wrapped;
+  double repeat_m; /* length of the end that stands for all beyond; 0: the whole axis */
 } even_axis;
 
 /* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end,
- * and a count that three coarser grids divide. A period of up to a brick becomes one cell. */
+ * and a count that three coarser grids divide; of clouds that repeat, as many periods as that count takes. Where they
+ * do not change, one cell as wide as a brick. */
 static even_axis compute_even_axis(const np_world *world, const np_transport_desc *desc, int axis, double edge_voxels) {
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
@@ -102,17 +103,23 @@ static even_axis compute_even_axis(const np_world *world, const np_transport_des
   const np_instance *first = &world->clouds.at[0];
   const int a = np_instance_get_index_axis(first, axis);
   const double base = a < 0 ? low[axis] : -first->world_to_index.m[a][3] / first->world_to_index.m[a][axis];
-  double period;
+  np_light_period period;
   if (is_wrapped_along(world, axis, &period)) {
-    const int32_t cells = (int32_t)(period / edge);
-    const bool is_single = period <= NP_BRICK_EDGE * 1.001 * voxel || cells < COARSEST;
-    const int32_t size = is_single ? 1 : cells / COARSEST * COARSEST;
-    return (even_axis){size, size, base, period / size, true};
+    const bool is_single = np_transport_is_single(world, axis), is_common = np_light_period_is_common(period);
+    const double least_m = is_single ? NP_BRICK_EDGE * voxel : COARSEST * edge;
+    const double length_m = period.length_m * fmax(ceil(0.999 * least_m / period.length_m), 1.0);
+    const int32_t size = is_single ? 1 : (int32_t)(1.001 * length_m / edge) / COARSEST * COARSEST;
+    return (even_axis){.size = size,
+                       .used = size,
+                       .origin_m = is_common ? base : base + floor((period.low_m - base) / voxel) * voxel,
+                       .edge_m = length_m / size,
+                       .is_wrapped = true,
+                       .repeat_m = is_common ? 0.0 : period.repeat_m};
   }
   const double origin = base + floor((low[axis] - base) / voxel - 1.0) * voxel - edge;
   const double cells = ceil((high[axis] + voxel - origin) / edge) + 1.0;
   const int32_t size = (int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6);
-  return (even_axis){size, (int32_t)fmin(cells, size), origin, edge, false};
+  return (even_axis){.size = size, .used = (int32_t)fmin(cells, size), .origin_m = origin, .edge_m = edge};
 }
 
 static double compute_even_axes(const np_world *world, const np_transport_desc *desc, cell_edges edges,
@@ -328,6 +335,7 @@ static neph_result store_even_axis(const even_axis *even, int axis, np_transport
   out->edge_m[axis] = edge;
   out->even_m[axis] = even->edge_m;
   out->is_wrapped[axis] = even->is_wrapped;
+  out->repeat_m[axis] = even->repeat_m;
   return NEPH_OK;
 }
 

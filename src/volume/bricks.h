@@ -78,11 +78,12 @@ typedef struct np_bricks {
   float *floats;                        /* samples, when float */
   const np_brick_motion *motion;        /* velocities of moving bricks; exactly one of these three is not NULL */
   const struct np_brick_detail *detail; /* finer than the samples (volume/brick_detail.h); NULL: none */
-  bool is_nearest;     /* a look-up yields the nearest sample, so that steps between samples stay sharp */
-  bool is_indirect;    /* they move, have detail or are nearest: a look-up is no plain interpolation of samples */
-  float scale;         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
-  bool is_periodic[2]; /* along x and y; then the table covers whole periods, and `origin` is 0 */
-  int32_t period[2];   /* period of the table in voxels, a multiple of 8 */
+  bool is_nearest;        /* a look-up yields the nearest sample, so that steps between samples stay sharp */
+  bool is_indirect;       /* they move, have detail or are nearest: a look-up is no plain interpolation of samples */
+  float scale;            /* power of two that puts the largest magnitude in [1, 2); 1 when float */
+  bool is_periodic[2];    /* along x and y; then the table covers whole periods, and `origin` is 0 */
+  int32_t period[2];      /* period of the table in voxels, a multiple of 8 */
+  double field_period[2]; /* period of the samples in voxels, of which the table may hold several */
   int32_t reach_low[3],
       reach_high[3]; /* range of brick coordinates that rays walk through: the table, or all periods */
   float background;  /* value outside the table */

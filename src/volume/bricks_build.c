@@ -418,6 +418,7 @@ neph_result np_bricks_build(neph_context *context, const np_sparse_grid *grid, n
   for (int a = 0; a < 2 && period; a++) {
     out_bricks->period[a] = period[a];
     out_bricks->is_periodic[a] = period[a] != 0;
+    out_bricks->field_period[a] = period[a];
   }
   np_bricks_builder b = {.grid = grid, .bricks = out_bricks, .is_half = precision == NEPH_PRECISION_HALF};
   neph_result result = bound_all_leaves(&b, monitor);

@@ -197,6 +197,7 @@ static neph_result create_dense(neph_context *context, const neph_volume_dense_d
   if (!result) result = create(context, &grid, desc->precision, period, NULL, out_volume);
   np_sparse_grid_clear(&grid);
   if (result) return result;
+  for (int a = 0; a < 2; a++) (*out_volume)->bricks.field_period[a] = period[a] ? desc->size[a] : 0.0;
   set_extent(*out_volume, &extent);
   (*out_volume)->active_voxel_count = (uint64_t)desc->size[0] * desc->size[1] * desc->size[2];
   (*out_volume)->grid_bytes = (*out_volume)->active_voxel_count * sizeof *desc->values;

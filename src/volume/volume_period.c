@@ -257,7 +257,8 @@ static neph_result create(tiling *t, const neph_volume_load_desc *desc, np_monit
   if (!result)
     result =
         np_volume_create_periodic(t->grid->context, t->grid, desc->precision, period, &extent, monitor, out_volume);
-  for (int a = 0; a < 2 && !result; a++) (*out_volume)->period_voxels[a] = t->period[a] * (desc->is_halved ? 0.5 : 1.0);
+  for (int a = 0; a < 2 && !result; a++)
+    (*out_volume)->bricks.field_period[a] = t->period[a] * (desc->is_halved ? 0.5 : 1.0);
   return result;
 }
 

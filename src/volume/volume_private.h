@@ -20,8 +20,7 @@ struct neph_volume {
   float value_min, value_max;           /* range of the active samples */
   double extinction_per_value;          /* extinction of a value of 1 in 1/m, as the file states it; 0: not stated */
   uint64_t active_voxel_count, grid_bytes;
-  bool is_halved;          /* voxels are twice as long as in the file */
-  double period_voxels[2]; /* period along x and y, of which the bricks may hold several; 0: it does not repeat */
+  bool is_halved; /* voxels are twice as long as in the file */
 };
 
 neph_context *np_volume_get_context(const neph_volume *volume);

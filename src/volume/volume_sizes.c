@@ -85,7 +85,7 @@ void np_size_nodes_share(const double nodes_m[], unsigned count, double diameter
 
 /* Position in the grid of radii; copies of a period have the sizes of the first. */
 static np_dvec3 locate(const size_build *b, size_t i, int n) {
-  const double *period = b->source->density->period_voxels;
+  const double *period = b->source->density->bricks.field_period;
   np_dvec3 index = np_split_get_index(&b->split, i, n);
   if (period[0] > 0.0) index.x = np_brick_wrap_position(index.x, period[0]);
   if (period[1] > 0.0) index.y = np_brick_wrap_position(index.y, period[1]);

@@ -141,6 +141,7 @@ static neph_result create_part(const np_split *split, const np_sparse_grid *grid
       np_volume_create_periodic(split->context, grid, split->precision, period, &extent, split->monitor, out_volume);
   for (int a = 0; a < 2 && !result; a++) {
     if (!bricks->is_periodic[a]) continue;
+    (*out_volume)->bricks.field_period[a] = bricks->field_period[a];
     (*out_volume)->bricks.reach_low[a] = bricks->reach_low[a];
     (*out_volume)->bricks.reach_high[a] = bricks->reach_high[a];
   }
