@@ -113,14 +113,30 @@ static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estim
   return result || e->total_bytes <= allowed ? result : fit_light(scene, plan, e);
 }
 
+/* Advice that makes the largest part smaller. */
+static const char *advise(const neph_scene *scene, const neph_memory_estimate *e) {
+  const struct {
+    uint64_t bytes;
+    const char *advice;
+  } parts[] = {
+      {e->volume_bytes, has_file(scene, false) ? "take a file of longer voxels" : "enlarge clouds[].bake.voxel"},
+      {e->light_bytes, "lessen the resolution, or enlarge clouds[].bake.voxel or the voxels of files"},
+      {e->terrain_bytes, "take a terrain of fewer heights or triangles"},
+      {e->film_bytes, "lessen the resolution, or render in tiles"},
+      {e->program_bytes, "allow more: the program alone takes most of it"}};
+  unsigned largest = 0;
+  for (unsigned i = 1; i < sizeof parts / sizeof *parts; i++)
+    if (parts[i].bytes > parts[largest].bytes) largest = i;
+  return parts[largest].advice;
+}
+
 static neph_result refuse(const neph_scene *scene, const np_plan *plan, const neph_memory_estimate *e) {
-  return np_fail(
-      scene->context, NEPH_ERROR_LIMIT,
-      "the render needs about %.3g GB (volumes %.2g, light %.2g, terrain %.2g, picture %.2g), must be at most "
-      "%.3g GB: lessen the resolution, enlarge clouds[].bake.voxel, or render in tiles",
-      1e-9 * (double)e->total_bytes, 1e-9 * (double)e->volume_bytes, 1e-9 * (double)e->light_bytes,
-      1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes,
-      1e-9 * (double)plan->request.desc.memory_max_bytes);
+  return np_fail(scene->context, NEPH_ERROR_LIMIT,
+                 "the render needs about %.3g GB (volumes %.3g, light %.3g, terrain %.3g, picture %.3g, program %.3g), "
+                 "must be at most %.3g GB: %s",
+                 1e-9 * (double)e->total_bytes, 1e-9 * (double)e->volume_bytes, 1e-9 * (double)e->light_bytes,
+                 1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes, 1e-9 * (double)e->program_bytes,
+                 1e-9 * (double)plan->request.desc.memory_max_bytes, advise(scene, e));
 }
 
 /* Bytes of the cells of multiple scattering as np_scattering_desc counts them; some are freed before others are
