@@ -262,6 +262,25 @@ static void a_fire_that_outshines_the_sky_states_what_the_air_lacks(void **state
   free(path);
 }
 
+/* Clouds hide the light of dusk from hazy air by more than the march's even loss: not by day, and not in clear air. */
+static void hazy_dusk_states_what_clouds_hide(void **state) {
+  (void)state;
+  static const struct {
+    const char *elevation, *preset;
+    int low, high;
+  } cases[] = {{"-3 deg", "earth-hazy", 240, 350}, {"-3 deg", "earth", 0, 100}, {"30 deg", "earth-hazy", 0, 100}};
+  for (unsigned i = 0; i < 3; i++) {
+    char text[512];
+    snprintf(text, sizeof text,
+             "camera: {position: [0, -9 km, 1 km], look_at: [0, 0, 1 km], fov: 60 deg, resolution: [24, 14]}\n"
+             "sun: {elevation: %s, azimuth: 0 deg}\natmosphere: {preset: %s}\n"
+             "clouds: [{bake: {preset: stratus, seed: 3, extent: 6 km, voxel: 150 m, repeat: none}}]\n",
+             cases[i].elevation, cases[i].preset);
+    const wish w = {text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0};
+    assert_in_range((int)(1000.0 * render_error(&w).bias.value), cases[i].low, cases[i].high);
+  }
+}
+
 static void threads_do_not_change_the_estimate(void **state) {
   (void)state;
   wish w = {sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 1, 0, 0};
@@ -304,6 +323,7 @@ int main(void) {
       cmocka_unit_test(unknown_noise_is_not_stated),
       cmocka_unit_test(bias_follows_the_method),
       cmocka_unit_test(a_fire_that_outshines_the_sky_states_what_the_air_lacks),
+      cmocka_unit_test(hazy_dusk_states_what_clouds_hide),
       cmocka_unit_test(threads_do_not_change_the_estimate),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

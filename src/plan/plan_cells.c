@@ -11,6 +11,7 @@
 #include "plan/trial.h"
 #include "scene/cloud_places.h"
 #include "transport/scattering_field.h"
+#include "volume/instance_period.h"
 
 /* Extinction at the densest point of a bake, 1/m. That of a core grows with height: in thermals by 7 to 16 %, in decks
  * by 5 %. */
@@ -104,13 +105,18 @@ static void add_bake(outline *o, unsigned i, const np_scene_cloud *cloud, const 
                          bake->base_altitude_m};
   const double size[3] = {bake->extent_m[0], bake->extent_m[1], bake->thickness_m};
   np_instance *volume = &o->volumes[i];
-  o->bricks[i].value_max = 1.0f;
+  np_bricks *bricks = &o->bricks[i];
+  double count = NP_FILLED_SHARE;
+  for (int a = 0; a < 3; a++) {
+    bricks->size[a] = (int32_t)ceil(size[a] / (NP_BRICK_EDGE * bake->voxel_m));
+    count *= bricks->size[a];
+  }
+  bricks->value_max = 1.0f;
+  bricks->brick_count = (size_t)count;
   o->box_m3 += size[0] * size[1] * size[2];
   o->filled_m3 += NP_FILLED_SHARE * size[0] * size[1] * size[2];
-  *volume = (np_instance){.bricks = &o->bricks[i],
-                          .number = i,
-                          .extinction_per_value = (float)get_densest_baked(bake),
-                          .phase = get_phase(cloud)};
+  *volume = (np_instance){
+      .bricks = bricks, .number = i, .extinction_per_value = (float)get_densest_baked(bake), .phase = get_phase(cloud)};
   for (int a = 0; a < 3; a++) {
     volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
     volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
@@ -136,6 +142,17 @@ static double get_densest(const np_plan *plan, unsigned i, const np_scene_cloud 
   return known > 0.0 ? known : np_input_file_guess_extinction(cloud, np_inputs_get_file(&plan->inputs, i));
 }
 
+/* Sets the periods of a file in voxels of its bricks. */
+static void set_periods(const np_scene_cloud *cloud, const np_input_file *file, double coarse, np_bricks *bricks) {
+  for (int a = 0; a < 2 && cloud->repeat != NP_REPEAT_NONE; a++) {
+    const double(*m)[4] = file->index_to_world.m;
+    const double edge_m = np_dvec3_length(np_dvec3_make(m[0][a], m[1][a], m[2][a]));
+    const double voxels = cloud->repeat == NP_REPEAT_FILE ? file->size[a] : cloud->repeat_m[a] / edge_m;
+    bricks->is_periodic[a] = voxels > 0.0;
+    bricks->field_period[a] = voxels / coarse;
+  }
+}
+
 static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene_cloud *cloud) {
   const np_input_file *file = np_inputs_get_file(&plan->inputs, i);
   np_bricks *bricks = &o->bricks[i];
@@ -147,6 +164,7 @@ static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene
   for (int a = 0; a < 3; a++)
     for (int k = 0; k < 3; k++) index_to_world.m[a][k] *= coarse;
   for (int a = 0; a < 3; a++) bricks->size[a] = (int32_t)(file->size[a] / (NP_BRICK_EDGE * coarse)) + 2;
+  set_periods(cloud, file, coarse, bricks);
   bricks->value_max = 1.0f;
   bricks->brick_count = (size_t)fmin(file->voxel_count / per_brick, stored);
   *volume = (np_instance){.bricks = bricks,
@@ -159,7 +177,27 @@ static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene
   o->filled_m3 += np_plan_get_cell_share(np_input_file_get_share(file)) * size.x * size.y * size.z;
 }
 
-static bool has_cloud(const void *user, np_dvec3 low, np_dvec3 high) { return np_trial_has_cloud(user, low, high); }
+/* A trial, which has one period of the clouds that repeat. */
+typedef struct trial_cells {
+  const np_trial *trial;
+  double period_m[2]; /* 0: no cloud repeats */
+} trial_cells;
+
+/* Moves a range that begins outside of the trial into its first period. */
+static void move_inside(double first_m, double end_m, double period_m, double *low, double *high) {
+  if (!(period_m > 0.0) || (*low >= first_m && *low < end_m)) return;
+  const double moved_m = floor((*low - first_m) / period_m) * period_m;
+  *low -= moved_m;
+  *high -= moved_m;
+}
+
+static bool has_cloud(const void *user, np_dvec3 low, np_dvec3 high) {
+  const trial_cells *c = user;
+  const np_trial *t = c->trial;
+  move_inside(t->low.x, t->high.x, c->period_m[0], &low.x, &high.x);
+  move_inside(t->low.y, t->high.y, c->period_m[1], &low.y, &high.y);
+  return np_trial_has_cloud(t, low, high);
+}
 
 /* Scales the cell counts of a forecast without a trial by the share of cells with cloud: for bakes as measured over all
  * cells; for files in proportion to the filled part of their boxes. */
@@ -200,7 +238,9 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   desc.cells.viewer = np_dvec3_make(near[0], near[1], near[2]);
   desc.cells.viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
-  const np_cloud_finder finder = {has_cloud, trial};
+  const trial_cells cells = {
+      trial, {np_instances_get_longest_period(&world.clouds, 0), np_instances_get_longest_period(&world.clouds, 1)}};
+  const np_cloud_finder finder = {has_cloud, &cells};
   const neph_result result =
       np_scattering_desc_forecast(scene->context, &world, &desc, trial ? &finder : NULL, &out->cells);
   out->is_known = !result;

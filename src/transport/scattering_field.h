@@ -93,7 +93,7 @@ typedef struct np_cloud_finder {
   const void *user;
 } np_cloud_finder;
 
-/* Forecasts the cells that a description chooses for these clouds. Of their bricks `value_max`, `size` and
+/* Forecasts the cells that a description chooses for these clouds. Of their bricks `value_max`, `size`, periods and
  * `brick_count` are read. */
 neph_result np_scattering_desc_forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
                                         const np_cloud_finder *finder, np_scattering_forecast *out);

@@ -19,10 +19,10 @@ static double get_period(const np_instance *volume, int world_axis) {
   return volume->bricks->field_period[a] / fabs(volume->world_to_index.m[a][world_axis]);
 }
 
-/* Least common multiple of two periods; 0: none up to 64 times the first. */
+/* Least common multiple of two periods; 0: none up to eight times the first. */
 static double join_periods(double a_m, double b_m) {
   static const double tolerance = 1e-9;
-  static const int most = 64;
+  static const int most = 8;
   for (int n = 1; a_m > 0.0 && b_m > 0.0 && n <= most; n++)
     if (fabs(remainder(n * a_m, b_m)) <= tolerance * b_m) return n * a_m;
   return 0.0;
@@ -53,18 +53,23 @@ static void bound(const np_instance *volume, int world_axis, double *low, double
   }
 }
 
+double np_instances_get_longest_period(const np_instances *clouds, int world_axis) {
+  double longest_m = 0.0;
+  for (unsigned v = 0; v < clouds->count; v++) longest_m = fmax(longest_m, get_period(&clouds->at[v], world_axis));
+  return longest_m;
+}
+
 np_light_period np_instances_get_light_period(const np_instances *clouds, int world_axis) {
   const np_instance *places = np_instances_get_places(clouds);
   const double common_m = np_instances_compute_period(clouds, world_axis);
   if (common_m > 0.0) return (np_light_period){0.0, common_m, common_m};
-  double longest_m = 0.0, low = HUGE_VAL, high = -HUGE_VAL, bottom = HUGE_VAL, top = -HUGE_VAL;
+  const double longest_m = np_instances_get_longest_period(clouds, world_axis);
+  if (!(longest_m > 0.0)) return (np_light_period){0.0, 0.0, 0.0};
+  double low = HUGE_VAL, high = -HUGE_VAL, bottom = HUGE_VAL, top = -HUGE_VAL;
   for (unsigned v = 0; v < np_instances_count_places(clouds); v++) {
-    const double period_m = get_period(&places[v], world_axis);
-    longest_m = fmax(longest_m, period_m);
-    if (!(period_m > 0.0)) bound(&places[v], world_axis, &low, &high);
+    if (!(get_period(&places[v], world_axis) > 0.0)) bound(&places[v], world_axis, &low, &high);
     bound(&places[v], 2, &bottom, &top);
   }
-  if (!(longest_m > 0.0)) return (np_light_period){0.0, 0.0, 0.0};
   const bool has_ends = low < high;
   const double around_m = top - bottom, held_m = (has_ends ? high - low : 0.0) + 2.0 * around_m;
   const double length_m = longest_m * (1.0 + ceil(held_m / longest_m));

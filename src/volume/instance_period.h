@@ -13,6 +13,9 @@ int np_instance_get_index_axis(const np_instance *volume, int world_axis);
 /* Least common period of the clouds along a world axis in metres; 0: none. */
 double np_instances_compute_period(const np_instances *clouds, int world_axis);
 
+/* Longest period of a cloud along a world axis in metres; 0: none repeats. Copies do not. */
+double np_instances_get_longest_period(const np_instances *clouds, int world_axis);
+
 /* Stretch of a world axis after which the light of clouds repeats. Where all clouds have a common period it is as long.
  * Else some repeat, and others end or repeat by other lengths: the stretch holds these others and, as its end, one
  * period of the longest of those that repeat, so far from the clouds that end that their light hardly reaches it. That
