@@ -19,7 +19,7 @@ from scenes import draw_points
 
 SPREAD = 0.02  # relative standard error of a region's reference below which it counts as resolved
 SEEDS = 4
-SAMPLES_FIRST = 32
+SAMPLES_FIRST = 8
 COVER_LEAST = 0.02  # mean opacity of clouds in a picture that shows some
 DIM = 0.01  # luminance over the picture's mean below which a pixel says nothing of relative errors
 HALF_WEIGHT_NOISE = 0.05  # noise at which a pixel and those around it have equal weight in the scale
