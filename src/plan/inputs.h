@@ -47,7 +47,6 @@ typedef struct np_terrain_counts {
 typedef struct np_view_counts {
   double cover;    /* share of rays that meet cloud */
   double length_m; /* path length in cloud until the ray is opaque */
-  double depth;    /* optical depth, of thick clouds as much as light goes through */
 } np_view_counts;
 
 /* Means over the paths of a picture. */

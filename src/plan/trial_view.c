@@ -9,8 +9,8 @@
 enum { RAYS = 32, STEPS_MAX = 512 };
 
 /* Optical depths from which light is negligible: towards the camera, and towards the ground, where forward scattering
- * counts as unscattered; and the limit on a ray's counted depth. */
-static const double view_spent_depth = 6.0, ground_spent_depth = 25.0, depth_max = 1000.0;
+ * counts as unscattered. */
+static const double view_spent_depth = 6.0, ground_spent_depth = 25.0;
 
 /* Adds a ray, whose light is spent behind an optical depth. */
 static void follow(const np_trial *t, const np_map_ray *ray, double spent_depth, np_view_counts *sum) {
@@ -18,14 +18,13 @@ static void follow(const np_trial *t, const np_map_ray *ray, double spent_depth,
   const int steps = (int)np_clamp(ceil(way_m / np_map_ray_get_cell(ray)), 1.0, STEPS_MAX);
   const double step_m = way_m / steps;
   double depth = 0.0, length_m = 0.0;
-  for (int i = 0; i < steps && depth < depth_max; i++) {
+  for (int i = 0; i < steps && depth < spent_depth; i++) {
     const double extinction = np_map_ray_sample(t, ray, ray->begin_m + (i + 0.5) * step_m);
-    if (extinction > 0.0 && depth < spent_depth) length_m += step_m;
+    if (extinction > 0.0) length_m += step_m;
     depth += extinction * step_m;
   }
   sum->cover += depth > 0.0;
   sum->length_m += length_m;
-  sum->depth += fmin(depth, depth_max);
 }
 
 np_view_counts np_trial_see(const np_trial *trial, const np_request *request, const neph_scene *scene) {
@@ -44,7 +43,7 @@ np_view_counts np_trial_see(const np_trial *trial, const np_request *request, co
       follow(trial, &in_map, view_spent_depth, &sum);
   }
   const double share = 1.0 / (RAYS * RAYS);
-  return (np_view_counts){share * sum.cover, share * sum.length_m, share * sum.depth};
+  return (np_view_counts){share * sum.cover, share * sum.length_m};
 }
 
 /* ---- The ground ---- */
