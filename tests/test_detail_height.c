@@ -4,13 +4,15 @@
 
 #include "test_scenes.h"
 
-/* Voxels, heights and cells of light that follow the size of the picture. */
+/* Voxels, heights and cells of light that follow the size of the picture; light in few directions, coarse tables of the
+ * air. */
 static const char text[] =
     "camera: {position: [0, -6 km, 900 m], look_at: [0, 0, 1200 m], fov: 50 deg, resolution: [96, 64]}\n"
     "sun: {elevation: 30 deg, azimuth: 140 deg}\n"
-    "clouds: [{name: a, bake: {preset: cumulus_mediocris, seed: 3, extent: [3 km, 3 km], voxel: 20 m}}]\n"
-    "terrain: {ridges: {samples: 257, relief: 400 m}}\n"
-    "render: {samples: 2, detail: 0.4, light_detail: 0.8}\n"
+    "clouds: [{name: a, bake: {preset: cumulus_mediocris, seed: 3, extent: [2 km, 2 km], voxel: 20 m}}]\n"
+    "atmosphere: {tolerance: 0.1}\n"
+    "terrain: {ridges: {samples: 129, relief: 400 m}}\n"
+    "render: {samples: 2, detail: 0.4, light_detail: 0.8, light_degree: 3, light_residual: 0.03}\n"
     "output: {pixel_type: float}\n";
 
 static int set_up(void **state) { return set_up_scene_verbose(state, 2, text); }
