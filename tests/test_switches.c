@@ -137,7 +137,8 @@ static void write_scene(setting s, char *out, size_t size) {
            "atmosphere: %s\n"
            "terrain: %s\n"
            "clouds: %s\n"
-           "render: {integrator: %s, samples: 2, light_memory: 0.001 GB}\n",
+           "render: {integrator: %s, samples: 2, light_memory: 0.001 GB,\n"
+           "  light_degree: 3, light_residual: 0.03}\n",
            WIDTH, HEIGHT, s.has_air ? "{preset: earth, tolerance: 0.1}" : "none",
            s.has_terrain ? "{ridges: {samples: 65, relief: 300 m}, width: 8 km}" : "none",
            s.has_cloud ? "[{vdb: cloud.vdb, extinction: 3 1/m},\n"
