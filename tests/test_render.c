@@ -9,10 +9,10 @@
 #include "test_render_once.h"
 #include "test_contexts.h"
 
-/* Coarse tables of the air: the work is divided over them as over finer ones. */
+/* Coarse tables of the air, and light in few directions: the work is divided over them as over finer ones. */
 static const char scene_text[] = TEST_CUMULUS_SCENE
     "atmosphere: {tolerance: 0.1}\n"
-    "render: {samples: 17}\n"
+    "render: {samples: 17, light_degree: 3, light_residual: 0.03}\n"
     "output: {color_space: bands,\n"
     "         aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, distance]}\n";
 
