@@ -72,7 +72,7 @@ static int set_up(void **state) {
 /* ---- Pictures ---- */
 
 /* High above the ground, whose points of light are the farther apart, and so the fewer. Coarse tables of the air, of
- * which 60 m lie before the fire. */
+ * which 60 m lie before the fire, and multiple scattering in few directions. */
 static const char format[] =
     "version: 1\n"
     "camera: {position: [0 m, -60 m, 314 m], look_at: [0 m, 0 m, 312 m], fov: 32 deg, resolution: [20, 20]}\n"
@@ -81,7 +81,7 @@ static const char format[] =
     "  - {name: fire, vdb: \"%s\", extinction: 0.3 1/m, albedo: [0.9, 0.85, 0.8], phase: {hg: 0.5},\n"
     "     position: [0, 0, 305 m], emission: {%s}, import: %s}\n"
     "atmosphere: {tolerance: 0.1}\n"
-    "render: {samples: 16}\n"
+    "render: {samples: 16, light_degree: 3, light_residual: 0.03}\n"
     "output: {color_space: bands, aovs: [background, terrain, air, sun, sky, ground, multiple, emission]}\n";
 
 static neph_scene *load(const fixture *f, const char *emission, const char *import) {
@@ -299,6 +299,8 @@ static double view_fire(const fixture *f, const char *atmosphere, const char *po
   neph_scene *scene = load(f, "", "refuse");
   set(scene, "sun.elevation", "-40 deg");
   set(scene, "atmosphere", atmosphere);
+  set(scene, "render.light_degree", "11");
+  set(scene, "render.light_residual", "0.0003");
   set(scene, "camera.position", position);
   set(scene, "camera.look_at", look_at);
   set(scene, "camera.fov", fov);
