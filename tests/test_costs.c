@@ -64,6 +64,22 @@ static void costs_are_sums_over_units(void **state) {
   clear(f, scene, &store, &plan);
 }
 
+/* Edits of a draft reuse its clouds: the time of which probes take a share leaves them out. */
+static void drafts_are_probed_without_their_clouds(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene = load_block(f);
+  np_input_store store = {.references = NULL};
+  np_plan plan;
+  double sum_s = 0.0;
+  scene->render.light_residual = 0.03;
+  measure(scene, &store, &plan);
+  for (int i = 0; i < NP_STAGE_COUNT; i++)
+    if (i != NP_STAGE_VOLUMES) sum_s += np_costs_sum(&plan.forecast.stages[i].counts).seconds;
+  assert_true(plan.forecast.stages[NP_STAGE_VOLUMES].cost.seconds > 0.0);
+  assert_near_relative(plan.forecast.constant_s, sum_s, 1e-12);
+  clear(f, scene, &store, &plan);
+}
+
 /* A quarter of the picture's width and height is block: a sixteenth, but for a ray of 32 on each side. Each such ray is
  * 460 m long, of depth 4.6, but for a step of the map of a 64th; in a block of half as much extinction again it is
  * opaque at a depth of 6, behind 400 m. */
@@ -123,6 +139,7 @@ static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 int main(void) {
   const struct CMUnitTest tests[] = {
       COST_TEST(costs_are_sums_over_units),
+      COST_TEST(drafts_are_probed_without_their_clouds),
       COST_TEST(a_trial_sees_the_cover_of_a_block),
       COST_TEST(a_trial_has_cloud_where_the_block_is),
       COST_TEST(a_trial_is_made_once),

@@ -238,8 +238,8 @@ static double get_share(const np_plan *plan) {
   return (double)np_request_count_pixels(&plan->request) / whole * (d->sample_end - d->sample_begin) / d->sample_count;
 }
 
-/* Predicted time of the frame; of a part, with its share of all that the parts have in common: together they are probed
- * as often as the whole. */
+/* Predicted time of the frame, in a draft without what its edits reuse: each is probed. A part has a share of all that
+ * the parts have in common: together they are probed as often as the whole. */
 static double predict_time(const np_plan *plan) {
   return plan->forecast.constant_s - (1.0 - get_share(plan)) * plan->forecast.constant_common_s;
 }

@@ -7,6 +7,7 @@
 #include "plan/error_forecast.h"
 #include "plan/plan.h"
 #include "plan/stage_rules.h"
+#include "transport/scattering_field.h"
 
 /* The integrator's work is tracing paths or marching. */
 static neph_work get_work(const np_plan *plan, np_stage stage) {
@@ -40,6 +41,12 @@ static void count_work(const neph_scene *scene, const np_plan *plan, np_stage st
   if (rule->part_cost) out->of[rule->part_cost] = np_stage_count_parts(rule, &counts);
 }
 
+/* A draft is edited time and again, mostly by keys of its light or camera. */
+static bool is_reused_by_edits(const neph_scene *scene, const np_plan *plan, np_stage stage) {
+  const bool is_draft = scene->render.light_residual >= NP_SCATTERING_ROUGH && !np_request_is_path(&plan->request);
+  return is_draft && (stage == NP_STAGE_TERRAIN || stage == NP_STAGE_VOLUMES);
+}
+
 void np_forecast_make(const neph_scene *scene, np_plan *plan) {
   np_forecast *out = &plan->forecast;
   np_cost_counts one = {{0}};
@@ -52,8 +59,9 @@ void np_forecast_make(const neph_scene *scene, np_plan *plan) {
     if (!np_plan_needs(plan, (np_stage)i)) continue;
     count_work(scene, plan, (np_stage)i, &out->stages[i].counts);
     np_stage_cost cost = np_costs_sum(&out->stages[i].counts);
-    out->constant_s += cost.seconds;
-    if (i != NP_STAGE_INTEGRATOR) out->constant_common_s += cost.seconds;
+    const double probed_s = is_reused_by_edits(scene, plan, (np_stage)i) ? 0.0 : cost.seconds;
+    out->constant_s += probed_s;
+    if (i != NP_STAGE_INTEGRATOR) out->constant_common_s += probed_s;
     cost.seconds *= plan->request.work_factor[get_work(plan, (np_stage)i)];
     out->stages[i].cost = cost;
   }

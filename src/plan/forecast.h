@@ -18,8 +18,8 @@ typedef struct np_forecast {
   double one_sample_s;      /* seconds of one sample of each pixel on the machine of the constants */
   double bias, noise;       /* errors of the picture: docs/error.md */
   double sample_mean;       /* samples a pixel; with a target error as many as that takes */
-  double constant_s;        /* seconds of all stages by the constants of the reference machine, which are equal on every
-                               machine */
+  double constant_s;        /* seconds of stages by the constants of the reference machine, equal on every machine; in a
+                               draft without terrain and clouds, which its edits mostly reuse */
   double constant_common_s; /* seconds among them of stages that the parts of a picture share, without its samples */
 } np_forecast;
 
