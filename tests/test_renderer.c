@@ -25,10 +25,9 @@ typedef struct key_value {
 } key_value;
 
 /* All stages in coarse tables and few cells: reuse, by its bits and messages, is that of finer ones. */
-static const key_value coarse_keys[] = {{"atmosphere.tolerance", "0.1"},
-                                        {"render.light_memory", "0.001 GB"},
-                                        {"clouds[0].bake.extent", "2 km"},
-                                        {NULL, NULL}};
+static const key_value coarse_keys[] = {{"atmosphere.tolerance", "0.1"},   {"render.light_memory", "0.001 GB"},
+                                        {"render.light_degree", "3"},      {"render.light_residual", "0.03"},
+                                        {"clouds[0].bake.extent", "2 km"}, {NULL, NULL}};
 /* Single scattering: tiles, cancels and calls at the same time do not depend on the light. */
 static const key_value plain_keys[] = {
     {"atmosphere.tolerance", "0.1"}, {"render.multiple_scattering", "none"}, {NULL, NULL}};
