@@ -5,7 +5,6 @@
  * fades with depth; the wind, weaker below, bends it to a hook (the shift grows with the square of the height). A
  * streak is a bundle of fibres: noise across it down to two voxels, hardly any along it. */
 #include <math.h>
-#include <string.h>
 
 #include "cloud/cloud_kinds.h"
 #include "cloud/kind_points.h"
@@ -21,25 +20,7 @@ static const float group_strength = 0.5f; /* strength of the map at which heads 
 static const float roof_size = 5.0f,
                    roof_drop =
                        0.42f; /* variation of the heads' level: size in billows, amplitude relative to the thickness */
-static const float fibre_layers = 2.5f; /* layers of voxels that displace a fibre by a cell of its finest noise */
 static const float extinction_floor = 0.01f;
-
-static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * sqrtf((float)desc->stretch / 12.0f); }
-
-/* Largest horizontal displacement over a metre of height. */
-static float compute_shear(const np_cloud_model *model) {
-  enum { LAYERS = 16 };
-  const float layer_m = (float)model->desc.thickness_m / LAYERS;
-  float before_m[2], after_m[2], shear = 0.0f;
-  np_cloud_wind_shift(&model->wind, 0.0f, before_m);
-  for (int k = 1; k <= LAYERS; k++) {
-    np_cloud_wind_shift(&model->wind, layer_m * (float)k, after_m);
-    const float dx_m = after_m[0] - before_m[0], dy_m = after_m[1] - before_m[1];
-    shear = np_maxf(shear, sqrtf(dx_m * dx_m + dy_m * dy_m) / layer_m);
-    memcpy(before_m, after_m, sizeof before_m);
-  }
-  return shear;
-}
 
 static void prepare_streaks(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
@@ -50,16 +31,9 @@ static void prepare_streaks(np_cloud_model *model) {
   k->fine_m = np_maxf(fibre_size * (float)desc->billow_m, 2.5f * (float)desc->voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m = 0.0f;
-  k->shear = compute_shear(model);
 }
 
-/* Stretch of the fibres. A layer of voxels displaces them by shear times its height: their finest noise is longer, or
- * layers would show as a lattice of dashes. */
-static float get_fibre_stretch(const np_cloud_model *model) {
-  const np_kind_noises *k = &model->noises;
-  const float finest_m = k->fine_m / (float)(1u << (k->fine_octaves - 1));
-  return np_maxf(get_stretch(&model->desc), fibre_layers * model->noises.shear * (float)model->desc.voxel_m / finest_m);
-}
+static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * sqrtf((float)desc->stretch / 12.0f); }
 
 /* Level of the heads, at layers that supply moisture: shares of the thickness below its top. */
 static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *out_drop) {
@@ -86,10 +60,9 @@ static void eval_streaks(const np_cloud_model *model, const np_cloud_points *poi
   for (size_t i = 0; i < p.count; i++) p.sz[i] = 0.37f + 0.2f * model->turnover;
   np_noise_lattice lattice = np_kind_wrap(model, &k->coarse, fall_size * billow_m, get_stretch(desc));
   model->noise->value_fbm(&lattice, &two, &at, fall);
-  const float stretch = get_fibre_stretch(model);
-  at = np_kind_scale(model, &p, k->fine_m, stretch);
+  at = np_kind_scale(model, &p, k->fine_m, get_stretch(desc));
   for (size_t i = 0; i < p.count; i++) p.sz[i] *= fibre_upright;
-  lattice = np_kind_wrap(model, &k->fine, k->fine_m, stretch);
+  lattice = np_kind_wrap(model, &k->fine, k->fine_m, get_stretch(desc));
   model->noise->value_fbm(&lattice, &all, &at, fibre);
   at = np_kind_scale(model, &p, billow_m, get_stretch(desc));
   for (size_t i = 0; i < p.count; i++) p.sz[i] *= fibre_upright;
