@@ -354,6 +354,37 @@ static void thin_clouds_change_nothing(void **state) {
   }
 }
 
+/* Bias that a picture of a burning cloud states, with another cloud beside it. */
+static double get_fire_bias(const test_fixture *f, const char *elevation, const char *other) {
+  char text[2048];
+  snprintf(text, sizeof text,
+           "version: 1\n"
+           "camera: {position: [115 m, -1 km, 1 km], look_at: [115 m, 235 m, 200 m], resolution: [12, 12]}\n"
+           "sun: {elevation: %s, azimuth: 0 deg}\n"
+           "atmosphere: {preset: none}\n"
+           "clouds: [{extinction: 0.02 1/m, vdb: %s%s}, {extinction: 0.02 1/m, vdb: %s, position: [0 m, 0 m, 500 m],\n"
+           "  emission: {flame: density, temperature: none, offset: 1500 K, absorption: 0.002 1/m}}]\n",
+           elevation, f->path, other, f->path);
+  neph_scene *scene;
+  neph_image *image;
+  neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
+  assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  assert_int_equal(neph_image_get_error(image, &error), NEPH_OK);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+  return error.bias.value;
+}
+
+/* In the dark a fire's light comes back with the periods of a cloud beside it, which is stated. */
+static void fire_in_the_dark_states_what_comes_back(void **state) {
+  const test_fixture *f = *state;
+  write_field(f->context, f->path, 1);
+  assert_true(get_fire_bias(f, "-30 deg", ", repeat: file") >= 1.0);
+  assert_true(get_fire_bias(f, "-30 deg", "") < 0.5);
+  assert_true(get_fire_bias(f, "40 deg", ", repeat: file") < 0.5);
+}
+
 /* ---- Refusals ---- */
 
 static void refuses(void **state) {
@@ -417,6 +448,7 @@ int main(void) {
                                      ON_FILE(pictures_equal_copies),
                                      ON_FILE(periods_look_alike),
                                      ON_FILE(thin_clouds_change_nothing),
+                                     ON_FILE(fire_in_the_dark_states_what_comes_back),
                                      ON_FILE(refuses),
                                      ON_FILE(refuses_sequences_and_bakes)};
   return cmocka_run_group_tests(tests, NULL, NULL);

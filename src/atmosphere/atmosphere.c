@@ -113,6 +113,13 @@ neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere) { ret
 
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere) { return &atmosphere->desc; }
 
+double np_atmosphere_compute_haze(const neph_atmosphere *atmosphere) {
+  double depth = 0.0;
+  for (int i = 0; i < atmosphere->medium.aerosol_count; i++)
+    depth += (double)np_aerosol_column(&atmosphere->medium, i, 0.0)[1];
+  return depth;
+}
+
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere) { return atmosphere->medium.planet_radius_m; }
 
 /* Altitude of a world point, and the cosine of a direction's angle with its zenith. */

@@ -35,6 +35,7 @@ static void add_bricks(np_hash *hash, const np_bricks *b) {
   NP_HASH_ADD(hash, b->is_nearest);
   NP_HASH_ADD(hash, b->is_periodic);
   NP_HASH_ADD(hash, b->period);
+  NP_HASH_ADD(hash, b->field_period);
   NP_HASH_ADD(hash, b->background);
 }
 

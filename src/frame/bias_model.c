@@ -2,6 +2,7 @@
 #include "frame/bias_model.h"
 
 #include "plan/error_forecast.h"
+#include "volume/instance_period.h"
 
 /* Edges err more than the middles of clouds, and few clouds have more of an edge each: the error falls as this power of
  * the mean square of the opacity. */
@@ -13,22 +14,12 @@ typedef struct cloud_light {
   double solution;   /* bias that its degree and its residual make */
   double albedo;     /* the highest of all clouds, the mean of its bands */
   double sine;       /* sine of the lights' lowest elevation above the horizon */
-  double haze;       /* vertical optical depth of scattering by aerosols */
+  double highest;    /* the same of the highest; -1: there is no light */
+  double haze;       /* vertical optical depth of scattering by aerosols, green */
   bool has_emission;
-  bool has_water; /* water lights undersides of clouds that the camera sees: it is not above all of them */
+  bool has_mixed_periods; /* some clouds repeat without end, and others end or have other periods */
+  bool has_water;         /* water lights undersides of clouds that the camera sees: it is not above all of them */
 } cloud_light;
-
-/* Vertical optical depth of scattering by the exponential layers that are no molecules. */
-static double compute_haze(const neph_atmosphere *atmosphere) {
-  const neph_atmosphere_desc *desc = atmosphere ? np_atmosphere_get_desc(atmosphere) : NULL;
-  double depth = 0.0;
-  for (unsigned i = 0; desc && i < desc->layer_count; i++) {
-    const neph_atmosphere_layer *layer = &desc->layers[i];
-    if (layer->profile == NEPH_LAYER_EXPONENTIAL && layer->phase != NEPH_PHASE_RAYLEIGH)
-      depth += layer->scattering_per_m[1] * layer->height_m;
-  }
-  return depth;
-}
 
 static void add_light(const np_packet_light *light, cloud_light *out) {
   const np_scattering_field *field = light->lighting.scattering;
@@ -43,14 +34,18 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
     const np_spectrum albedo = world->clouds.at[i].albedo;
     out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
   }
-  out->haze = fmax(out->haze, compute_haze(world->atmosphere));
-  if (world->sun_scope != NP_SUN_SKY && np_spectrum_max(world->sun_irradiance) > 0.0f)
-    out->sine = fmin(out->sine, light->beam.direction.z);
+  if (world->atmosphere) out->haze = fmax(out->haze, np_atmosphere_compute_haze(world->atmosphere));
+  for (int a = 0; a < 2; a++)
+    out->has_mixed_periods =
+        out->has_mixed_periods || !np_light_period_is_common(np_instances_get_light_period(&world->clouds, a));
+  if (world->sun_scope == NP_SUN_SKY || !(np_spectrum_max(world->sun_irradiance) > 0.0f)) return;
+  out->sine = fmin(out->sine, light->beam.direction.z);
+  out->highest = fmax(out->highest, light->beam.direction.z);
 }
 
 static cloud_light measure_light(const np_assembly *assembly) {
   const bool is_below = assembly->camera.origin.z < assembly->clouds.high.z;
-  cloud_light out = {.sine = 1.0};
+  cloud_light out = {.sine = 1.0, .highest = -1.0};
   for (unsigned p = 0; p < assembly->packet_count; p++) {
     const np_packet *packet = &assembly->packets[p];
     out.has_emission = out.has_emission || packet->emission.all.emitter_count > 0;
@@ -95,8 +90,17 @@ static double compute_outshone(const np_frame *f) {
 static const double dusk_per_depth = 2.5, dusk_most = 0.3;
 
 static double compute_dusk(const cloud_light *light, const np_plan *plan) {
-  const bool is_dusk = light->sine < 0.0 && np_plan_has_air_light(plan) && np_plan_needs(plan, NP_STAGE_VOLUMES);
+  const bool is_dusk =
+      light->sine < 0.0 && light->highest < 0.0 && np_plan_has_air_light(plan) && np_plan_needs(plan, NP_STAGE_VOLUMES);
   return is_dusk ? fmin(dusk_per_depth * light->haze, dusk_most) : 0.0;
+}
+
+/* Bias of a fire in the dark beside clouds that repeat without end: its light comes back with their periods, into what
+ * is dark. */
+static const double repeated_fire_bias = 1.0;
+
+static double compute_repeated_fire(const cloud_light *light) {
+  return light->has_emission && light->has_mixed_periods && light->highest < 0.0 ? repeated_fire_bias : 0.0;
 }
 
 /* Share of the light that a limit on scatterings has taken. */
@@ -148,5 +152,5 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   const double outshone = is_fire_in_air ? compute_outshone(f) : 0.0;
   return (np_bias_model){.bias = combine(plan, &light, (double)f->settings.tolerance, compute_cover(f)),
                          .factor = light.has_emission ? 3.0 : 2.0,
-                         .shared = hypot(outshone, compute_dusk(&light, plan))};
+                         .shared = hypot(hypot(outshone, compute_dusk(&light, plan)), compute_repeated_fire(&light))};
 }
