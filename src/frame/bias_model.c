@@ -18,6 +18,7 @@ typedef struct cloud_light {
   double haze;       /* vertical optical depth of scattering by aerosols, green */
   bool has_emission;
   bool has_mixed_periods; /* some clouds repeat without end, and others end or have other periods */
+  bool is_beyond;         /* the camera sees none of the stretch that is solved for, or fires come back */
   bool has_water;         /* water lights undersides of clouds that the camera sees: it is not above all of them */
 } cloud_light;
 
@@ -35,12 +36,21 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
     out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
   }
   if (world->atmosphere) out->haze = fmax(out->haze, np_atmosphere_compute_haze(world->atmosphere));
-  for (int a = 0; a < 2; a++)
-    out->has_mixed_periods =
-        out->has_mixed_periods || !np_light_period_is_common(np_instances_get_light_period(&world->clouds, a));
   if (world->sun_scope == NP_SUN_SKY || !(np_spectrum_max(world->sun_irradiance) > 0.0f)) return;
   out->sine = fmin(out->sine, light->beam.direction.z);
   out->highest = fmax(out->highest, light->beam.direction.z);
+}
+
+/* Fills the figures of clouds that repeat beside others. */
+static void add_periods(const np_assembly *assembly, const np_world *world, cloud_light *out) {
+  const np_light_period x = np_instances_get_light_period(&world->clouds, 0),
+                        y = np_instances_get_light_period(&world->clouds, 1);
+  if (np_light_period_is_common(x) && np_light_period_is_common(y)) return;
+  const np_dvec3 low = np_dvec3_make(x.low_m, y.low_m, assembly->clouds.low.z),
+                 high = np_dvec3_make(x.low_m + x.length_m, y.low_m + y.length_m, assembly->clouds.high.z);
+  out->has_mixed_periods = true;
+  const bool are_returned = world->emission && !np_scattering_has_fires_apart(world);
+  out->is_beyond = out->is_beyond || are_returned || !np_camera_sees_box(&assembly->camera, low, high);
 }
 
 static cloud_light measure_light(const np_assembly *assembly) {
@@ -51,6 +61,7 @@ static cloud_light measure_light(const np_assembly *assembly) {
     out.has_emission = out.has_emission || packet->emission.all.emitter_count > 0;
     for (unsigned i = 0; i < packet->light_count; i++) {
       add_light(&packet->lights[i], &out);
+      add_periods(assembly, &packet->lights[i].world, &out);
       out.has_water = out.has_water || (is_below && packet->lights[i].world.water);
     }
   }
@@ -95,12 +106,14 @@ static double compute_dusk(const cloud_light *light, const np_plan *plan) {
   return is_dusk ? fmin(dusk_per_depth * light->haze, dusk_most) : 0.0;
 }
 
-/* Bias of a fire in the dark beside clouds that repeat without end: its light comes back with their periods, into what
- * is dark. */
-static const double repeated_fire_bias = 1.0;
+/* Bias of a fire in the dark beside clouds that repeat without end, near it (docs/transport.md); and where none of the
+ * stretch is seen that its light is solved for: beyond, it lights no cloud; or where others repeat too, with whose
+ * light its own returns. */
+static const double repeated_fire_bias = 0.1, beyond_fire_bias = 1.0;
 
 static double compute_repeated_fire(const cloud_light *light) {
-  return light->has_emission && light->has_mixed_periods && light->highest < 0.0 ? repeated_fire_bias : 0.0;
+  if (!light->has_emission || !light->has_mixed_periods || light->highest >= 0.0) return 0.0;
+  return light->is_beyond ? beyond_fire_bias : repeated_fire_bias;
 }
 
 /* Share of the light that a limit on scatterings has taken. */

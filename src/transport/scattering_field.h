@@ -31,6 +31,7 @@ typedef struct np_transport_desc {
   double edge_min_m;      /* no cells are smaller, whatever their depth; 0: no limit */
   double thickness_m;     /* typical thickness of the clouds; 0: it is measured */
   np_transport_fold fold; /* tiles of which one is solved for; a period of 0: all clouds are */
+  bool has_open_sides;    /* no light comes in where the stretch of clouds that repeat beside others ends */
   bool has_viewer;
   np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */
   np_dvec3 viewer_reach; /* … and its size; 0: one viewer */
@@ -104,6 +105,10 @@ np_cell_counts np_scattering_desc_count(const np_scattering_desc *desc, double c
 /* Adds to a hash all that the choice of cells and the accuracy of a solution depend on. */
 neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world *world, const np_scattering_desc *desc,
                                            np_hash *hash);
+
+/* Whether light of fires is solved for apart, so that it does not come back with clouds that repeat without end: none
+ * of the clouds that burn repeats, and others do. */
+bool np_scattering_has_fires_apart(const np_world *world);
 
 /* Solves for the world's sun, sky and ground. NULL on failure. */
 neph_result np_scattering_field_build(neph_context *context, const np_world *world,

@@ -9,6 +9,7 @@
 #include "core/alloc.h"
 #include "core/half.h"
 #include "core/math.h"
+#include "transport/fires_apart.h"
 
 enum { CHUNK = 1024, LANES = 16 };
 
@@ -338,7 +339,7 @@ static void clear_angles(neph_context *context, np_scattering_angles *angles) {
   np_alloc_free(context, angles);
 }
 
-static neph_result solve(np_scattering_solver *s) {
+static neph_result run(np_scattering_solver *s) {
   np_solver_state_open(s);
   neph_result result = start(s);
   if (!result) result = solve_bands(s);
@@ -376,7 +377,7 @@ static neph_result solve_clouds(neph_context *context, const np_world *all, cons
     s.state.is_anew = attempt > 0;
     s.out = np_scattering_field_create(context);
     if (!s.out) return NEPH_ERROR_OUT_OF_MEMORY;
-    result = solve(&s);
+    result = run(&s);
     if (result)
       np_scattering_field_destroy(s.out);
     else
@@ -385,15 +386,44 @@ static neph_result solve_clouds(neph_context *context, const np_world *all, cons
   return result;
 }
 
+/* Half of the time and of the progress are those of the fires, whose states are not kept. */
+static neph_result solve_fires_apart(neph_context *context, const np_world *all, const np_solved_clouds *solved,
+                                     const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
+                                     np_monitor *monitor, np_scattering_field **out_field) {
+  const np_monitor_part whole = np_monitor_get_part(monitor);
+  np_solved_clouds others = *solved, fires = *solved;
+  np_scattering_desc half = *desc;
+  np_scattering_field *fields[2] = {NULL};
+  half.seconds_max = 0.5 * desc->seconds_max;
+  others.world = np_fires_leave_out(&solved->world);
+  fires.world = np_fires_leave_alone(&solved->world);
+  np_monitor_set_part(monitor, whole, 0.0, 0.5);
+  neph_result result = solve_clouds(context, all, &others, depths, &half, monitor, &fields[0]);
+  half.keeper = NULL;
+  half.cells.has_open_sides = true;
+  np_monitor_set_part(monitor, whole, 0.5, 1.0);
+  if (!result) result = solve_clouds(context, all, &fires, depths, &half, monitor, &fields[1]);
+  if (!result) result = np_scattering_field_add_fires(fields[0], fields[1], all, monitor, out_field);
+  for (int i = 0; i < 2; i++) np_scattering_field_destroy(fields[i]);
+  return result;
+}
+
+static neph_result solve(neph_context *context, const np_world *all, const np_solved_clouds *solved,
+                         const np_sun_optical_depth_source *depths, const np_scattering_desc *desc, np_monitor *monitor,
+                         np_scattering_field **out_field) {
+  if (solved->world.clouds.count == 0) return np_scattering_field_make_dark(context, all, &desc->cells, out_field);
+  return np_scattering_has_fires_apart(&solved->world)
+             ? solve_fires_apart(context, all, solved, depths, desc, monitor, out_field)
+             : solve_clouds(context, all, solved, depths, desc, monitor, out_field);
+}
+
 neph_result np_scattering_field_build(neph_context *context, const np_world *world,
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field) {
   np_solved_clouds solved;
   *out_field = NULL;
   neph_result result = np_solved_clouds_list(context, world, desc->left_out, &solved);
-  if (!result)
-    result = solved.world.clouds.count > 0 ? solve_clouds(context, world, &solved, depths, desc, monitor, out_field)
-                                           : np_scattering_field_make_dark(context, world, &desc->cells, out_field);
+  if (!result) result = solve(context, world, &solved, depths, desc, monitor, out_field);
   np_solved_clouds_clear(&solved);
   return result;
 }

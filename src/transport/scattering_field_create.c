@@ -58,6 +58,7 @@ void np_scattering_field_destroy(np_scattering_field *field) {
   np_alloc_free(field->context, field->phases);
   np_transport_grid_clear(&field->grid);
   np_alloc_free(field->context, field->moments);
+  np_alloc_free(field->context, field->beyond);
   np_alloc_free(field->context, field->importance);
   np_alloc_free(field->context, field->delta_m_residual);
   np_alloc_free(field->context, field);

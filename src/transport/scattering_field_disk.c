@@ -15,8 +15,8 @@ typedef struct field_header {
   double even_m[3], repeat_m[3], residual, error;
   np_transport_fold fold;
   np_fold_light fold_light;
-  float colour[NP_BAND_COUNT], scale[NP_BAND_COUNT];
-  uint8_t is_wrapped[3], is_fine, has_delta_m_residual, has_importance, padding[2];
+  float colour[NP_BAND_COUNT], scale[NP_BAND_COUNT], beyond_scale[NP_BAND_COUNT];
+  uint8_t is_wrapped[3], is_fine, has_delta_m_residual, has_importance, has_beyond, padding[5];
 } field_header;
 
 static size_t count_moments(const np_scattering_field *field) {
@@ -35,7 +35,8 @@ static field_header fill_header(const np_scattering_field *field) {
                     .error = field->quality.error,
                     .is_fine = g->is_fine,
                     .has_delta_m_residual = field->delta_m_residual != NULL,
-                    .has_importance = field->importance != NULL};
+                    .has_importance = field->importance != NULL,
+                    .has_beyond = field->beyond != NULL};
   for (int a = 0; a < 3; a++) {
     h.size[a] = g->size[a];
     h.even_m[a] = g->even_m[a];
@@ -45,6 +46,7 @@ static field_header fill_header(const np_scattering_field *field) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     h.colour[b] = field->medium.colour.band[b];
     h.scale[b] = field->scale[b];
+    h.beyond_scale[b] = field->beyond_scale[b];
   }
   return h;
 }
@@ -56,6 +58,7 @@ void np_scattering_field_save(const np_scattering_field *field, np_cache_entry *
   for (int a = 0; a < 3; a++) np_cache_write(entry, g->edge_m[a], ((size_t)g->size[a] + 1) * sizeof *g->edge_m[a]);
   np_cache_write(entry, g->cell, g->active_count * sizeof *g->cell);
   np_cache_write(entry, field->moments, count_moments(field) * sizeof *field->moments);
+  if (h.has_beyond) np_cache_write(entry, field->beyond, count_moments(field) * sizeof *field->beyond);
   if (h.has_delta_m_residual)
     np_cache_write(entry, field->delta_m_residual,
                    g->active_count * field->medium.band_count * sizeof *field->delta_m_residual);
@@ -83,6 +86,7 @@ static void take_header(const field_header *h, np_scattering_field *field) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     field->medium.colour.band[b] = h->colour[b];
     field->scale[b] = h->scale[b];
+    field->beyond_scale[b] = h->beyond_scale[b];
   }
 }
 
@@ -95,7 +99,8 @@ static bool is_sound(const field_header *h) {
          fmin(fmin(h->repeat_m[0], h->repeat_m[1]), h->repeat_m[2]) >= 0.0 && h->even_m[0] >= 0.0 &&
          h->even_m[1] >= 0.0 && h->even_m[2] >= 0.0 &&
          np_cache_are_doubles_finite(&h->fold.period_m, sizeof h->fold / sizeof h->fold.period_m) &&
-         np_cache_are_finite(h->colour, NP_BAND_COUNT) && np_cache_are_finite(h->scale, NP_BAND_COUNT);
+         np_cache_are_finite(h->colour, NP_BAND_COUNT) && np_cache_are_finite(h->scale, NP_BAND_COUNT) &&
+         np_cache_are_finite(h->beyond_scale, NP_BAND_COUNT);
 }
 
 static bool are_ascending(const double *edge_m, int32_t cells) {
@@ -127,9 +132,10 @@ static bool load_blocks(const field_header *h, np_cache_entry *entry, np_scatter
   g->cell = np_cache_read_block(entry, cells, sizeof *g->cell);
   if (!g->cell || !np_cache_read_check(entry, number_cells(g))) return false;
   field->moments = np_cache_read_halves(entry, count_moments(field));
+  if (h->has_beyond) field->beyond = np_cache_read_halves(entry, count_moments(field));
   if (h->has_delta_m_residual) field->delta_m_residual = np_cache_read_floats(entry, cells * bands);
   if (h->has_importance) field->importance = np_cache_read_block(entry, cells, sizeof *field->importance);
-  return field->moments && (field->delta_m_residual || !h->has_delta_m_residual) &&
+  return field->moments && (field->beyond || !h->has_beyond) && (field->delta_m_residual || !h->has_delta_m_residual) &&
          (field->importance || !h->has_importance);
 }
 

@@ -28,7 +28,9 @@ struct np_scattering_field {
       *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on
                  */
   float scale[NP_BAND_COUNT]; /* powers of two */
-  float *delta_m_residual;    /* [active][band], as in np_light_moments; NULL: there is none */
+  uint16_t *beyond;           /* moments of the same cells for places that they match but do not hold; NULL: the same */
+  float beyond_scale[NP_BAND_COUNT];
+  float *delta_m_residual;   /* [active][band], as in np_light_moments; NULL: there is none */
   np_importance *importance; /* [active], in floats, since it may fall by thirty decades; NULL where nothing needs it */
   unsigned sweeps;           /* sweeps of the finest grid, all bands together */
 };
@@ -39,6 +41,10 @@ np_scattering_field *np_scattering_field_create(neph_context *context);
 /* A field of clouds that are not solved for, without any multiple scattering; NULL on failure. */
 neph_result np_scattering_field_make_dark(neph_context *context, const np_world *world, const np_transport_desc *cells,
                                           np_scattering_field **out_field);
+
+/* Adds light of fires, `fires`, that was solved for apart with open sides: it is in the cells, and not beyond them. */
+neph_result np_scattering_field_add_fires(const np_scattering_field *others, const np_scattering_field *fires,
+                                          const np_world *world, np_monitor *monitor, np_scattering_field **out_field);
 
 /* Tables of the clouds' phase functions, resolved into a degree. */
 neph_result np_scattering_field_build_phases(const np_world *world, unsigned degree, np_scattering_field *out);

@@ -42,22 +42,25 @@ static np_dvec3 match(const np_scattering_field *f, np_dvec3 position) {
   return f->grid.fold.period_m > 0.0 ? np_transport_fold_match(&f->grid.fold, position) : position;
 }
 
-/* Factors of the moments of each band. */
-static void fill_scales(const np_scattering_field *f, np_dvec3 position, float out[NP_BAND_COUNT]) {
+/* Moments of the light at a place, and their factors in each band. */
+static const uint16_t *get_moments(const np_scattering_field *f, np_dvec3 position, float out_scale[NP_BAND_COUNT]) {
+  const bool is_beyond = f->beyond && !np_scattering_field_holds(f, position);
+  const float *scale = is_beyond ? f->beyond_scale : f->scale;
   float gain[NP_BAND_COUNT] = {1.0f, 1.0f, 1.0f};
   if (f->grid.fold.period_m > 0.0) np_fold_light_get(&f->fold_light, &f->grid.fold, position, gain);
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) out[b] = f->scale[b] * gain[b];
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) out_scale[b] = scale[b] * gain[b];
+  return is_beyond ? f->beyond : f->moments;
 }
 
 static inline void add_cells(const np_scattering_field *f, np_dvec3 position, unsigned width, np_light_moments *out) {
   int32_t active[8];
   float weight[8], scale[NP_BAND_COUNT];
   const unsigned count = np_transport_grid_get_corners(&f->grid, match(f, position), active, weight);
-  fill_scales(f, position, scale);
+  const uint16_t *moments = get_moments(f, position, scale);
   const unsigned harmonics = width / f->medium.band_count;
   for (unsigned first = 0; first < width; first += LANES) {
     float lanes[LANES] = {0.0f};
-    for (unsigned c = 0; c < count; c++) add_moments(f->moments + (size_t)active[c] * width + first, weight[c], lanes);
+    for (unsigned c = 0; c < count; c++) add_moments(moments + (size_t)active[c] * width + first, weight[c], lanes);
     for (unsigned k = 0; k < LANES; k++) out->value[first + k] = scale[first / harmonics] * lanes[k];
   }
   average_residual(f, active, weight, count, out->delta_m_residual);

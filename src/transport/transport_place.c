@@ -459,6 +459,11 @@ static neph_result place_column(const np_world *world, const even_axis axes[3], 
   return result;
 }
 
+static void open_sides(np_transport_grid *g, int axis) {
+  g->is_wrapped[axis] = g->is_wrapped[axis] && !(g->repeat_m[axis] > 0.0);
+  g->repeat_m[axis] = 0.0;
+}
+
 neph_result np_transport_grid_place(neph_context *context, const np_world *world, const np_transport_desc *desc,
                                     np_transport_grid *out) {
   *out = (np_transport_grid){.context = context, .fold = desc->fold};
@@ -476,6 +481,7 @@ neph_result np_transport_grid_place(neph_context *context, const np_world *world
       result = store_even_axis(&axes[axis], axis, out);
     }
   }
+  for (int axis = 0; axis < 3 && desc->has_open_sides; axis++) open_sides(out, axis);
   if (result) np_transport_grid_clear(out);
   return result;
 }
