@@ -284,6 +284,132 @@ static void anvils_carry_mammatus(void **state) {
   neph_context_destroy(context);
 }
 
+enum { SHEET_SIDE = 60, SHEET_HEIGHTS = 40, STORMS = 8 };
+
+static np_cloud_model build_storm(neph_context *context, uint64_t seed) {
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  np_cloud_model model;
+  assert_int_equal(neph_cloud_get_preset(context, "cumulonimbus", &desc), NEPH_OK);
+  desc.seed = seed;
+  desc.voxel_m = 200;
+  desc.precipitation = 0;
+  assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
+  return model;
+}
+
+/* Counts columns with ice above 0.6 of the thickness and clear air for a fifth of it below, and those of them whose
+ * optical depth is below 1. */
+static void count_thin_ice(const np_cloud_model *model, int *columns, int *thin) {
+  float x[SHEET_HEIGHTS], y[SHEET_HEIGHTS], height[SHEET_HEIGHTS], extinction[SHEET_HEIGHTS];
+  const float step_m = (float)model->desc.extent_m[0] / SHEET_SIDE, top_m = (float)model->desc.thickness_m;
+  for (int column = 0; column < SHEET_SIDE * SHEET_SIDE; column++) {
+    double ice = 0, below = 0;
+    for (int k = 0; k < SHEET_HEIGHTS; k++) {
+      x[k] = ((float)(column % SHEET_SIDE) + 0.5f) * step_m - 0.5f * (float)model->desc.extent_m[0];
+      y[k] = ((float)(column / SHEET_SIDE) + 0.5f) * step_m - 0.5f * (float)model->desc.extent_m[1];
+      height[k] = ((float)k + 0.5f) / SHEET_HEIGHTS * top_m;
+    }
+    np_cloud_model_eval(model, &(np_cloud_points){SHEET_HEIGHTS, x, y, height}, extinction);
+    for (int k = SHEET_HEIGHTS * 2 / 5; k < SHEET_HEIGHTS; k++)
+      *(k < SHEET_HEIGHTS * 3 / 5 ? &below : &ice) += (double)(extinction[k] * top_m / SHEET_HEIGHTS);
+    if (below > 0 || ice < 0.02) continue;
+    ++*columns;
+    *thin += ice < 1;
+  }
+}
+
+/* A sheet that is as dense as its heart but for a narrow rim has depths below 1 in 0.105 of these columns; over the
+ * eight storms 0.184 have. The limit is between both. */
+static void anvils_thin_out(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  static const uint64_t seeds[STORMS] = {77123, 50331, 90017, 31337, 12, 13, 14, 15};
+  int columns = 0, thin = 0;
+  for (int i = 0; i < STORMS; i++) {
+    np_cloud_model model = build_storm(context, seeds[i]);
+    count_thin_ice(&model, &columns, &thin);
+    np_cloud_model_clear(&model);
+  }
+  print_message("depth below 1 in %.3f of %d columns of anvils\n", 1.0 * thin / columns, columns);
+  assert_true(columns > 1000);
+  assert_true(thin > 0.17 * columns);
+  neph_context_destroy(context);
+}
+
+enum { OUTLINE_ROWS = 120 };
+
+/* Number of 250 m from a side of the field to the first anvil in a row of 7 km; −1: none. */
+static int search_anvil(const np_cloud_model *model, int side, int row) {
+  const float half_m = 0.5f * (float)model->desc.extent_m[0], step_m = 2 * half_m / OUTLINE_ROWS;
+  const float along_m = step_m * ((float)row + 0.5f) - half_m;
+  for (int i = 0; i < 28; i++) {
+    const float across_m = (step_m * ((float)i + 0.5f) - half_m) * (side % 2 ? -1.0f : 1.0f);
+    const np_cloud_column column =
+        np_cloud_column_compute(model, side < 2 ? across_m : along_m, side < 2 ? along_m : across_m, 8500);
+    if (column.anvil > 0) return i;
+  }
+  return -1;
+}
+
+/* An anvil that its field's border cuts ends at the same distance from it, row by row: in 0.66 of neighbouring rows of
+ * twelve storms. Where each anvil fits into its field 0.535 do: outlines are parallel to the border somewhere. */
+static void anvils_do_not_follow_the_border(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  int pairs = 0, equal = 0;
+  for (uint64_t seed = 1; seed <= 12; seed++) {
+    np_cloud_model model = build_storm(context, seed);
+    for (int side = 0; side < 4; side++)
+      for (int row = 0, before = -1, at; row < OUTLINE_ROWS; row++, before = at) {
+        at = search_anvil(&model, side, row);
+        pairs += at >= 0 && before >= 0;
+        equal += at >= 0 && at == before;
+      }
+    np_cloud_model_clear(&model);
+  }
+  print_message("%.3f of %d rows of anvils end where the next one does\n", 1.0 * equal / pairs, pairs);
+  assert_true(pairs > 500);
+  assert_true(equal < 0.6 * pairs);
+  neph_context_destroy(context);
+}
+
+/* Error of a value between two layers of voxels that is interpolated from both, over the values' root mean square, in
+ * the lowest 400 m of cirrus, where the skew displaces it by eight voxels in a layer. Fibres half as long have 0.11 to
+ * 0.16, and show as a lattice of dashes from below; these have 0.035 to 0.066. */
+static void fibres_cross_layers_of_voxels(void **state) {
+  (void)state;
+  enum { SIDE = 100, LAYERS = 33 };
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(context, "cirrus", &desc), NEPH_OK);
+  static const uint64_t seeds[] = {77123, 50331, 12};
+  for (int s = 0; s < 3; s++) {
+    np_cloud_model model;
+    double errors = 0, squares = 0;
+    desc.seed = seeds[s];
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
+    for (int column = 0; column < SIDE * SIDE; column++) {
+      float x[LAYERS], y[LAYERS], height[LAYERS], extinction[LAYERS];
+      for (int k = 0; k < LAYERS; k++) {
+        x[k] = 100 * (float)(column % SIDE) - 5000;
+        y[k] = 100 * (float)(column / SIDE) - 5000;
+        height[k] = 0.5f * (float)((k + 1) * desc.voxel_m);
+      }
+      np_cloud_model_eval(&model, &(np_cloud_points){LAYERS, x, y, height}, extinction);
+      for (int k = 1; k + 1 < LAYERS; k += 2) {
+        const double here = (double)extinction[k], between = 0.5 * (double)(extinction[k - 1] + extinction[k + 1]);
+        errors += (here - between) * (here - between);
+        squares += here * here;
+      }
+    }
+    print_message("error between layers %.3f\n", sqrt(errors / squares));
+    assert_true(squares > 0);
+    assert_true(sqrt(errors / squares) < 0.085);
+    np_cloud_model_clear(&model);
+  }
+  neph_context_destroy(context);
+}
+
 static void trails_spread_with_age(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -426,6 +552,9 @@ int main(void) {
       cmocka_unit_test(lenses_are_ragged_on_the_lee),
       cmocka_unit_test(lenses_of_a_pile_are_unequal),
       cmocka_unit_test(anvils_carry_mammatus),
+      cmocka_unit_test(anvils_thin_out),
+      cmocka_unit_test(anvils_do_not_follow_the_border),
+      cmocka_unit_test(fibres_cross_layers_of_voxels),
       cmocka_unit_test(trails_spread_with_age),
       cmocka_unit_test(ground_lifts_and_draws_clouds),
       cmocka_unit_test(threads_and_levels_give_the_same_bits_over_ground),

@@ -11,7 +11,7 @@
 
 /* Limit of an anvil's depth at the border, relative to a tower's, so that anvils thin out towards the border. Corner
  * radius, relative to the shorter side of the field. */
-static const float anvil_border = 0.3f, anvil_corner = 0.4f;
+static const float anvil_border = 1.2f, anvil_corner = 0.4f;
 static const float anvil_cut = 0.55f; /* strength of columns at which anvils end */
 
 /* Margin for rounding, far above its size. */

@@ -48,6 +48,7 @@ typedef struct np_thermal_noises {
 typedef struct np_kind_noises {
   np_noise_lattice coarse, medium, fine, eddies;
   float fine_m, edge_m; /* size of the fine noise; softness of the surface */
+  float shear;          /* largest horizontal displacement over a metre of height; fall streaks alone */
   unsigned fine_octaves;
 } np_kind_noises;
 

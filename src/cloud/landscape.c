@@ -26,8 +26,12 @@ static const float sheet_height = 2.45f;                    /* scale of a slab's
 
 /* Anvils: least height of their cells, and their spread at anvil 1. Their extent before the tower, against the shear,
  * and behind it, where they widen with the distance like a plume. */
+static const float anvil_height = 0.8f; /* share of the thickness */
 static const float anvil_from = 0.5f, anvil_spread = 4.0f;
 static const float anvil_upwind = 0.55f, anvil_downwind = 1.9f, anvil_plume = 0.30f;
+/* Descent of an anvil from its centre to the ellipse that touches the field's borders; in cells, the least distance of
+ * those, and the distance of centres below which anvils are lower. */
+static const float anvil_fit = 0.7f, anvil_room = 0.2f, anvil_shore = 0.45f;
 
 /* Radius of a hero, relative to half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;
@@ -71,6 +75,8 @@ typedef struct relief {
   float lowest_cell;       /* lower cells are left out */
   int32_t period;          /* period in cells; 0: not repeating */
   const float *shear;      /* direction of anvils; NULL: plain cells */
+  const float *place;      /* position of the air at the anvils' height in the field; NULL: no borders */
+  const float *half;       /* half the field's extent */
 } relief;
 
 static const float below_all = -8.0f; /* lower than any height in use */
@@ -87,6 +93,21 @@ static float raise_anvil(const cell *c, float height, float curvature, const flo
   across /= 1.0f + anvil_plume * sqrtf(curvature) * np_maxf(along, 0.0f);
   along /= along > 0.0f ? anvil_downwind : anvil_upwind;
   return height * c->height - curvature * (along * along + across * across);
+}
+
+/* Descent of an anvil that keeps it inside the field, from its centre at (x, y) in the air. Its outline is smooth: each
+ * quadrant is that of an ellipse which reaches to the border on two sides. Centres close to a border have no anvil, as
+ * they have no tower. */
+static float compute_fit(const relief *r, float x, float y, float dx, float dy) {
+  if (!r->place) return 0.0f;
+  x += r->place[0];
+  y += r->place[1];
+  const float inset = np_minf(r->half[0] - fabsf(x), r->half[1] - fabsf(y));
+  const float shore = np_maxf(1.0f - inset / anvil_shore, 0.0f);
+  const float room_x = np_maxf(dx > 0.0f ? r->half[0] - x : r->half[0] + x, anvil_room);
+  const float room_y = np_maxf(dy > 0.0f ? r->half[1] - y : r->half[1] + y, anvil_room);
+  const float share2 = dx * dx / (room_x * room_x) + dy * dy / (room_y * room_y), share4 = share2 * share2;
+  return anvil_fit * (share4 * share4 + shore * shore);
 }
 
 /* The cells that may contribute at positions in one cell, drawn once for all of them. */
@@ -120,8 +141,10 @@ static float compute_highest(patch *p, double lifetimes, double x, double y) {
     for (int32_t i = i0 - reach; i <= i0 + reach; i++, c++) {
       const float dx = (float)(x - i) - c->x, dy = (float)(y - j) - c->y;
       if (c->height < r->lowest_cell) continue;
-      best = np_maxf(best, r->shear ? raise_anvil(c, r->height, r->curvature, r->shear, dx, dy)
-                                    : raise(c, r->height, r->curvature, dx, dy));
+      const float height = r->shear ? raise_anvil(c, r->height, r->curvature, r->shear, dx, dy) -
+                                          compute_fit(r, (float)i + c->x, (float)j + c->y, dx, dy)
+                                    : raise(c, r->height, r->curvature, dx, dy);
+      best = np_maxf(best, height);
     }
   return best;
 }
@@ -227,14 +250,20 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
   np_mesoscale_add(&land->mesoscale, b->count, b->air_x, b->air_y, group);
   const float spacing = fit_size(land, small_spacing, NULL);
   const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
-  const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f, land->period, NULL};
+  const relief cells = {
+      np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f, land->period, NULL, NULL, NULL};
   const relief small = {np_random_absorb(land->seed, NP_CLOUD_STREAM_SMALL_CELLS),
                         small_height,
                         curvature * spacing * spacing,
                         0.0f,
                         land->period ? np_repeat_count((double)land->period, (double)spacing) : 0,
+                        NULL,
+                        NULL,
                         NULL};
-  const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from, land->period, land->shear};
+  float place[2];
+  for (int a = 0; a < 2; a++) place[a] = (float)land->drift[a] + land->anvil_shift[a];
+  const relief anvils = {cells.seed,   1.0f,        curvature * wide * wide,     anvil_from,
+                         land->period, land->shear, land->period ? NULL : place, land->half_extent};
   patch cell_patch = {.relief = &cells}, small_patch = {.relief = &small}, anvil_patch = {.relief = &anvils};
   for (size_t i = 0; i < b->count; i++) {
     const double x = b->air_x[i], y = b->air_y[i], s = (double)spacing;
@@ -242,7 +271,7 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
     const float between = compute_highest(&small_patch, land->lifetimes, x / s, y / s);
     const float raised = group[i] - compute_shore(land, b->x[i], b->y[i]);
     out[i] = np_maxf(large + turret_height * np_maxf(between, 0.0f), between) + raised;
-    if (out_anvils) out_anvils[i] = raised + compute_highest(&anvil_patch, land->lifetimes, x, y);
+    if (out_anvils) out_anvils[i] = group[i] + compute_highest(&anvil_patch, land->lifetimes, x, y);
   }
 }
 
@@ -309,10 +338,12 @@ void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_headin
   compute_direction(desc->wind_m_s, out_heading[0], out_heading[1], out_heading);
 }
 
-/* Direction of anvils: by the skew, and by the wind up to their height. */
-static void compute_shear(const neph_cloud_desc *desc, float out_shear[2]) {
+/* Direction of anvils, by the skew, and by the wind up to their height; and their displacement by both, in cells. */
+static void compute_shear(const neph_cloud_desc *desc, float out_shear[2], float out_shift[2]) {
   enum { ANVIL_HEIGHT = NEPH_CLOUD_PROFILE_POINTS - 2 };
   const np_cloud_wind wind = np_cloud_wind_make(desc, NP_CLOUD_SKEW_EVEN);
+  np_cloud_wind_shift(&wind, anvil_height * (float)desc->thickness_m, out_shift);
+  for (int a = 0; a < 2; a++) out_shift[a] /= (float)desc->cell_m;
   const double carried_m[2] = {desc->skew_m[0] + (double)wind.at_m[ANVIL_HEIGHT][0],
                                desc->skew_m[1] + (double)wind.at_m[ANVIL_HEIGHT][1]};
   compute_direction(carried_m, 0.0f, 0.0f, out_shear);
@@ -341,7 +372,7 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .anvil = (float)desc->anvil,
                        .swirl = swirl_reach * (float)desc->turbulence};
   np_cloud_desc_compute_heading(desc, land.heading);
-  compute_shear(desc, land.shear);
+  compute_shear(desc, land.shear, land.anvil_shift);
   if (desc->repeat_m > 0) {
     land.period = np_repeat_count(desc->extent_m[0], desc->cell_m);
     land.cell_m = desc->extent_m[0] / land.period;

@@ -21,6 +21,7 @@ typedef struct np_landscape {
   float radius_m; /* radius of a cell a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
   float shore_depth, sheet_shrink, anvil, swirl;
   float heading[2], shear[2]; /* unit vectors; `shear` is 0 without skew */
+  float anvil_shift[2];       /* displacement of anvils against their cells */
   np_mesoscale mesoscale;
   int32_t period,
       sheet_period; /* cells per period of a repeating field, and of a sheet along the wind; 0: not repeating */

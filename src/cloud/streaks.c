@@ -5,6 +5,7 @@
  * fades with depth; the wind, weaker below, bends it to a hook (the shift grows with the square of the height). A
  * streak is a bundle of fibres: noise across it down to two voxels, hardly any along it. */
 #include <math.h>
+#include <string.h>
 
 #include "cloud/cloud_kinds.h"
 #include "cloud/kind_points.h"
@@ -20,7 +21,27 @@ static const float group_strength = 0.5f; /* strength of the map at which heads 
 static const float roof_size = 5.0f,
                    roof_drop =
                        0.42f; /* variation of the heads' level: size in billows, amplitude relative to the thickness */
+static const float fibre_layers = 2.5f; /* layers of voxels that displace a fibre by a cell of its finest noise */
+static const float veil = 0.12f;        /* ice between fibres of a closed sky, relative to theirs */
+static const float veil_from = 0.5f;    /* cover from which on there is any */
 static const float extinction_floor = 0.01f;
+
+static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * sqrtf((float)desc->stretch / 12.0f); }
+
+/* Largest horizontal displacement over a metre of height. */
+static float compute_shear(const np_cloud_model *model) {
+  enum { LAYERS = 16 };
+  const float layer_m = (float)model->desc.thickness_m / LAYERS;
+  float before_m[2], after_m[2], shear = 0.0f;
+  np_cloud_wind_shift(&model->wind, 0.0f, before_m);
+  for (int k = 1; k <= LAYERS; k++) {
+    np_cloud_wind_shift(&model->wind, layer_m * (float)k, after_m);
+    const float dx_m = after_m[0] - before_m[0], dy_m = after_m[1] - before_m[1];
+    shear = np_maxf(shear, sqrtf(dx_m * dx_m + dy_m * dy_m) / layer_m);
+    memcpy(before_m, after_m, sizeof before_m);
+  }
+  return shear;
+}
 
 static void prepare_streaks(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
@@ -31,9 +52,16 @@ static void prepare_streaks(np_cloud_model *model) {
   k->fine_m = np_maxf(fibre_size * (float)desc->billow_m, 2.5f * (float)desc->voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m = 0.0f;
+  k->shear = compute_shear(model);
 }
 
-static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * sqrtf((float)desc->stretch / 12.0f); }
+/* Stretch of the fibres. A layer of voxels displaces them by shear times its height: their finest noise is longer, or
+ * layers would show as a lattice of dashes. */
+static float get_fibre_stretch(const np_cloud_model *model) {
+  const np_kind_noises *k = &model->noises;
+  const float finest_m = k->fine_m / (float)(1u << (k->fine_octaves - 1));
+  return np_maxf(get_stretch(&model->desc), fibre_layers * model->noises.shear * (float)model->desc.voxel_m / finest_m);
+}
 
 /* Level of the heads, at layers that supply moisture: shares of the thickness below its top. */
 static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *out_drop) {
@@ -45,6 +73,13 @@ static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *
   model->noise->value_fbm(&lattice, &octaves, &points, out_drop);
   for (size_t i = 0; i < p->count; i++)
     out_drop[i] = roof_drop * np_clampf(0.5f + 1.8f * (out_drop[i] - 0.5f), 0.0f, 1.0f);
+}
+
+/* Ice between fibres, at a position of the picture: fibres alone do not close a sky. */
+static float get_veil(const np_cloud_model *model, float x_m, float y_m) {
+  const float *shares = model->map.planes[NEPH_CLOUD_MAP_COVERAGE];
+  const float cover = shares ? np_weather_map_sample(&model->map, shares, x_m, y_m) : (float)model->map.coverage;
+  return veil * np_smoothstepf((cover - veil_from) / (1.0f - veil_from));
 }
 
 static void eval_streaks(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
@@ -60,9 +95,10 @@ static void eval_streaks(const np_cloud_model *model, const np_cloud_points *poi
   for (size_t i = 0; i < p.count; i++) p.sz[i] = 0.37f + 0.2f * model->turnover;
   np_noise_lattice lattice = np_kind_wrap(model, &k->coarse, fall_size * billow_m, get_stretch(desc));
   model->noise->value_fbm(&lattice, &two, &at, fall);
-  at = np_kind_scale(model, &p, k->fine_m, get_stretch(desc));
+  const float stretch = get_fibre_stretch(model);
+  at = np_kind_scale(model, &p, k->fine_m, stretch);
   for (size_t i = 0; i < p.count; i++) p.sz[i] *= fibre_upright;
-  lattice = np_kind_wrap(model, &k->fine, k->fine_m, get_stretch(desc));
+  lattice = np_kind_wrap(model, &k->fine, k->fine_m, stretch);
   model->noise->value_fbm(&lattice, &all, &at, fibre);
   at = np_kind_scale(model, &p, billow_m, get_stretch(desc));
   for (size_t i = 0; i < p.count; i++) p.sz[i] *= fibre_upright;
@@ -76,7 +112,9 @@ static void eval_streaks(const np_cloud_model *model, const np_cloud_points *poi
     const float roof = 1.0f - np_smoothstepf((s - 1.0f + head_share) / head_share);
     const float frayed =
         p.noise[i] + (float)desc->erosion * (fibre[i] - 0.5f) - np_mixf(0.75f, 0.36f, group) - 0.14f * fallen;
-    const float body = np_smoothstepf(frayed / (0.12f + 0.3f * (float)desc->softness)) * tail * roof;
+    const float ice = np_smoothstepf(frayed / (0.12f + 0.3f * (float)desc->softness));
+    const float body =
+        np_mixf(get_veil(model, points->x_m[p.index[i]], points->y_m[p.index[i]]), 1.0f, ice) * tail * roof;
     const float share = body * np_mixf(1.0f, 0.3f, fallen) * group;
     if (share > extinction_floor) out_extinction_per_m[p.index[i]] = (float)desc->extinction_per_m * share;
   }
