@@ -54,7 +54,7 @@ for case in "$@"; do
   mkdir "$work/$name"
   (cd "$work/$name" && sh -eu "$cases/$name.sh" >"$work/out" 2>"$work/err" </dev/null)
   code=$?
-  sed -i -E 's/^(frame .*) [0-9.]+ s, [0-9.]+ [MG]B(; .*)?$/\1 N s/; s/[0-9.]+ s$/N s/; s/[0-9.]+ s on [0-9]+ threads?$/N s on N threads/; s/, "memory_bytes": .*\}$/}/; s/"seconds": [0-9.]+/"seconds": N/' "$work/out"
+  sed -i -E 's/^(volumes .*) [0-9.]+ s, [0-9.]+ [MG]B$/\1 N s/; s/^(frame .*) [0-9.]+ s, [0-9.]+ [MG]B(; .*)?$/\1 N s/; s/[0-9.]+ s$/N s/; s/[0-9.]+ s on [0-9]+ threads?$/N s on N threads/; s/, "memory_bytes": .*\}$/}/; s/"seconds": [0-9.]+/"seconds": N/' "$work/out"
   if [ $code -ne 0 ]; then echo $code; fi >"$work/code"
   ok=yes
   expect "$cases/$name.out" "$work/out" || ok=
