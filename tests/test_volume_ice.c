@@ -142,6 +142,41 @@ static void a_warm_cloud_has_no_parts(void **state) {
   neph_volume_release(whole);
 }
 
+enum { FULL_NODES = 257 }; /* nodes of 16³ blocks: one more than 2^20 blocks take */
+
+/* A cloud of more blocks than can be split keeps droplets, with and without levels; the advice is the key that leaves
+ * crystals out. Tiles of a table hold the blocks. */
+static void too_many_blocks_are_of_droplets(void **state) {
+  fixture *f = *state;
+  static uint32_t table[FULL_NODES];
+  static np_brick_range ranges[FULL_NODES];
+  for (int i = 0; i < FULL_NODES; i++) {
+    table[i] = NP_BRICK_NONE;
+    ranges[i] = (np_brick_range){1.0f, 1.0f};
+  }
+  neph_volume volume = {.context = f->context,
+                        .index_to_world = np_affine_identity(),
+                        .bricks = {.context = f->context,
+                                   .size = {FULL_NODES * NP_BRICK_NODE_EDGE, NP_BRICK_NODE_EDGE, NP_BRICK_NODE_EDGE},
+                                   .table_size = {FULL_NODES, 1, 1},
+                                   .table = table,
+                                   .table_ranges = ranges,
+                                   .scale = 1.0f}};
+  np_tint *tint;
+  test_log_clear(&f->log);
+  assert_int_equal(np_tint_create_ice(f->context, &volume, NEPH_PRECISION_FLOAT, NULL, &tint), NEPH_OK);
+  assert_null(tint);
+  assert_non_null(strstr(f->log.text, "bake: 1052672 blocks of 8³ voxels of it hold cloud, must be at most 1048576"));
+  assert_non_null(strstr(f->log.text, "enlarge voxel, or set phase to {droplets: {}}"));
+  test_log_clear(&f->log);
+  assert_int_equal(np_tint_create_levels(f->context, NP_PARTS_OF_CELLS, &volume.tint), NEPH_OK);
+  assert_int_equal(np_volume_split_ice(&volume, NEPH_PRECISION_FLOAT, NULL), NEPH_OK);
+  assert_int_equal(volume.tint->count, 1);
+  assert_false(volume.tint->parts[0].is_ice);
+  assert_non_null(strstr(f->log.text, "voxels of level 0 hold cloud"));
+  np_tint_destroy(volume.tint);
+}
+
 static void anvils_have_ice_unless_a_key_says_otherwise(void **state) {
   fixture *f = *state;
   static const struct {
@@ -228,6 +263,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(parts_add_up, set_up, tear_down),
       cmocka_unit_test_setup_teardown(levels_have_parts_that_add_up, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_warm_cloud_has_no_parts, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(too_many_blocks_are_of_droplets, set_up, tear_down),
       cmocka_unit_test_setup_teardown(anvils_have_ice_unless_a_key_says_otherwise, set_up, tear_down),
       cmocka_unit_test_setup_teardown(both_integrators_render_ice, set_up, tear_down),
       cmocka_unit_test_setup_teardown(ice_has_no_billows, set_up, tear_down),

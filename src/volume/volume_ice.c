@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "volume/volume_split.h"
 
 enum { DROPLETS, CRYSTALS, PARTS };
@@ -33,6 +34,17 @@ static neph_result build_parts(const np_split *split, np_tint *out) {
   return result;
 }
 
+/* False, with a warning, if a volume has too many blocks: its cloud keeps droplets alone. */
+static bool can_split(const neph_volume *volume, const char *name) {
+  const size_t blocks = np_bricks_list_cells(&volume->bricks, NULL);
+  if (blocks <= NP_SPLIT_BLOCKS_MAX) return true;
+  np_log(volume->context, NEPH_LOG_WARNING,
+         "bake: %zu blocks of 8³ voxels of %s hold cloud, must be at most %d for ice: all of it is of droplets; "
+         "enlarge voxel, or set phase to {droplets: {}}",
+         blocks, name, (int)NP_SPLIT_BLOCKS_MAX);
+  return false;
+}
+
 neph_result np_tint_create_ice(neph_context *context, const neph_volume *density, neph_precision precision,
                                np_monitor *monitor, np_tint **out_tint) {
   np_split split = {.context = context,
@@ -42,6 +54,7 @@ neph_result np_tint_create_ice(neph_context *context, const neph_volume *density
                     .compute_shares = compute_shares,
                     .user = &split};
   *out_tint = NULL;
+  if (!can_split(density, "it")) return NEPH_OK;
   np_tint *tint = np_alloc(context, 1, sizeof *tint);
   if (!tint) return NEPH_ERROR_OUT_OF_MEMORY;
   tint->context = context;
@@ -92,17 +105,11 @@ static neph_result split_level(neph_volume *volume, unsigned k, neph_precision p
   return result;
 }
 
-/* False, with a warning, where a level has too many blocks. */
-static bool can_split(const neph_volume *volume) {
+static bool can_split_levels(const neph_volume *volume) {
+  char name[32];
   for (unsigned k = 0; k < volume->tint->count; k++) {
-    const size_t blocks = np_bricks_list_cells(&np_volume_get_part(volume, k)->bricks, NULL);
-    if (blocks <= NP_SPLIT_BLOCKS_MAX) continue;
-    np_log(
-        volume->context, NEPH_LOG_WARNING,
-        "bake: %zu blocks of 8³ voxels of level %u hold cloud, must be at most %d for ice: all of it is of droplets; "
-        "enlarge voxel, or set phase to {droplets: {}}",
-        blocks, k, (int)NP_SPLIT_BLOCKS_MAX);
-    return false;
+    np_print(name, sizeof name, "level %u", k);
+    if (!can_split(np_volume_get_part(volume, k), name)) return false;
   }
   return true;
 }
@@ -111,7 +118,7 @@ neph_result np_volume_split_ice(neph_volume *volume, neph_precision precision, n
   const unsigned count = volume->tint->count;
   for (unsigned k = 0; k < count; k++)
     if (volume->tint->parts[k].is_ice) return NEPH_OK; /* a cache returned split levels */
-  if (!can_split(volume)) return NEPH_OK;
+  if (!can_split_levels(volume)) return NEPH_OK;
   neph_result result = NEPH_OK;
   for (unsigned k = 0; k < count && volume->tint->count < NP_TINT_PARTS_MAX && !result; k++)
     result = split_level(volume, k, precision, monitor);
