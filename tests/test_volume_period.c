@@ -405,6 +405,40 @@ static void fire_burns_once(void **state) {
   assert_int_equal(remove(fire), 0);
 }
 
+/* Predicted seconds of a burning cloud beside another, above ground. */
+static double predict_fire(const test_fixture *f, const char *fire, const char *other) {
+  char text[2048];
+  snprintf(text, sizeof text,
+           "version: 1\n"
+           "camera: {position: [115 m, -1 km, 1 km], look_at: [115 m, 235 m, 200 m], resolution: [12, 12]}\n"
+           "sun: {elevation: -30 deg}\n"
+           "atmosphere: {preset: none}\n"
+           "clouds: [{vdb: %s, extinction: %s}, {extinction: 0.02 1/m, vdb: %s, position: [0 m, 0 m, 500 m],\n"
+           "  emission: {flame: density, temperature: none, offset: 1500 K, absorption: 0.002 1/m}}]\n",
+           f->path, other, fire);
+  neph_scene *scene;
+  double seconds;
+  assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
+  assert_int_equal(neph_render_estimate_time(scene, NULL, &seconds, NULL), NEPH_OK);
+  neph_scene_destroy(scene);
+  return seconds;
+}
+
+/* A repeated file is predicted to take the time of 6 x 6 copies at least, which are fewer than its stretch has; its
+ * ground is below cloud everywhere, theirs in a quarter: some 14 seconds and 4. */
+static void repeats_take_the_time_of_copies(void **state) {
+  const test_fixture *f = *state;
+  char fire[1024];
+  snprintf(fire, sizeof fire, "%s.fire.vdb", f->path);
+  write_field(f->context, fire, 1);
+  write_field(f->context, f->path, 1);
+  const double repeated = predict_fire(f, fire, "0.02 1/m, repeat: file");
+  write_field(f->context, f->path, 6);
+  const double copies = predict_fire(f, fire, "0.02 1/m");
+  assert_true(repeated > copies && repeated < 8.0 * copies);
+  assert_int_equal(remove(fire), 0);
+}
+
 /* ---- Refusals ---- */
 
 static void refuses(void **state) {
@@ -469,6 +503,7 @@ int main(void) {
                                      ON_FILE(periods_look_alike),
                                      ON_FILE(thin_clouds_change_nothing),
                                      ON_FILE(fire_burns_once),
+                                     ON_FILE(repeats_take_the_time_of_copies),
                                      ON_FILE(refuses),
                                      ON_FILE(refuses_sequences_and_bakes)};
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -72,6 +72,12 @@ static const double depth_unread = 40.0;
 
 /* Guesses the extinction of an unread file: the densest column has the mean fill of the box; the largest value counts
  * as 1 where that gives no denser cloud. */
+double np_input_file_get_period_m(const np_scene_cloud *cloud, const np_input_file *file, int axis) {
+  if (cloud->repeat != NP_REPEAT_FILE) return cloud->repeat == NP_REPEAT_LENGTHS ? cloud->repeat_m[axis] : 0.0;
+  const double(*m)[4] = file->index_to_world.m;
+  return file->size[axis] * np_dvec3_length(np_dvec3_make(m[0][axis], m[1][axis], m[2][axis]));
+}
+
 double np_input_file_guess_extinction(const np_scene_cloud *cloud, const np_input_file *file) {
   const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
   const double depth = is_scaled ? cloud->density_value : depth_unread;

@@ -98,6 +98,9 @@ const np_input_file *np_inputs_get_file(const np_inputs *inputs, unsigned cloud)
 /* Share of a file's box that is cloud. */
 double np_input_file_get_share(const np_input_file *file);
 
+/* Length after which a cloud from a file repeats along x or y; 0: it does not. */
+double np_input_file_get_period_m(const np_scene_cloud *cloud, const np_input_file *file, int axis);
+
 /* Extinction at the densest point of a file, 1/m, by its header. */
 double np_input_file_guess_extinction(const np_scene_cloud *cloud, const np_input_file *file);
 

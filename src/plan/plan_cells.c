@@ -144,12 +144,12 @@ static double get_densest(const np_plan *plan, unsigned i, const np_scene_cloud 
 
 /* Sets the periods of a file in voxels of its bricks. */
 static void set_periods(const np_scene_cloud *cloud, const np_input_file *file, double coarse, np_bricks *bricks) {
-  for (int a = 0; a < 2 && cloud->repeat != NP_REPEAT_NONE; a++) {
+  for (int a = 0; a < 2; a++) {
     const double(*m)[4] = file->index_to_world.m;
     const double edge_m = np_dvec3_length(np_dvec3_make(m[0][a], m[1][a], m[2][a]));
-    const double voxels = cloud->repeat == NP_REPEAT_FILE ? file->size[a] : cloud->repeat_m[a] / edge_m;
-    bricks->is_periodic[a] = voxels > 0.0;
-    bricks->field_period[a] = voxels / coarse;
+    const double period_m = np_input_file_get_period_m(cloud, file, a);
+    bricks->is_periodic[a] = period_m > 0.0;
+    bricks->field_period[a] = period_m / (edge_m * coarse);
   }
 }
 

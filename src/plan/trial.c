@@ -29,7 +29,7 @@ typedef struct trial_source {
   np_trial_volume own;        /* without a volume: the box alone is known */
   np_instance world;          /* placement of the volume */
   np_dvec3 low, high;         /* world box with the cloud's pivot at its position */
-  double first[2], period[2]; /* along x and y in index space: the part of a field that is repeated to fill the field;
+  double first[2], period[2]; /* along x and y in index space: the part that is repeated to fill a field or the map;
                                  0: the part is the whole */
   float even_per_m;           /* extinction within the box, where there is no volume */
   bool is_known;
@@ -48,6 +48,20 @@ static void repeat_part(trial_source *out) {
   const double east_m = more * (out->high.x - out->low.x), north_m = more * (out->high.y - out->low.y);
   out->low = np_dvec3_subtract(out->low, np_dvec3_make(east_m, north_m, 0.0));
   out->high = np_dvec3_add(out->high, np_dvec3_make(east_m, north_m, 0.0));
+}
+
+/* Lays a file that repeats beside itself over the map. */
+static void lay_over(const np_trial *t, const np_scene_cloud *cloud, const np_input_file *file, trial_source *out) {
+  if (!out->is_known || !out->own.volume || cloud->repeat == NP_REPEAT_NONE) return;
+  const np_affine *to_index = &out->world.world_to_index;
+  const double low_m[2] = {out->low.x, out->low.y}, high_m[2] = {out->high.x, out->high.y};
+  for (int a = 0; a < 2; a++) {
+    const double per_m = to_index->m[a][a];
+    out->first[a] = (per_m > 0.0 ? low_m[a] : high_m[a]) * per_m + to_index->m[a][3];
+    out->period[a] = fabs(per_m) * np_input_file_get_period_m(cloud, file, a);
+  }
+  out->low = np_dvec3_make(t->low.x, t->low.y, out->low.z);
+  out->high = np_dvec3_make(t->high.x, t->high.y, out->high.z);
 }
 
 static double fold(double x, double first, double period) {
@@ -331,7 +345,7 @@ static void describe_cloud(const np_scene_cloud *cloud, const trial_source *sour
 
 /* ---- All of it ---- */
 
-static neph_result fill(const neph_scene *scene, const trial_source *sources, np_trial *t) {
+static neph_result fill(const neph_scene *scene, const np_inputs *inputs, trial_source *sources, np_trial *t) {
   choose_size(t);
   const size_t cells = (size_t)t->size[0] * (size_t)t->size[1] * (size_t)t->size[2];
   const size_t corners = ((size_t)t->size[0] + 1) * ((size_t)t->size[1] + 1) * ((size_t)t->size[2] + 1);
@@ -341,7 +355,10 @@ static neph_result fill(const neph_scene *scene, const trial_source *sources, np
   t->ground_m = np_alloc(t->context, columns, sizeof *t->ground_m);
   if (!t->extinction || !t->sums || !t->ground_m) return NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; i < columns; i++) t->ground_m[i] = -HUGE_VALF;
-  for (unsigned i = 0; i < scene->cloud_count; i++) visit_copies(&scene->clouds[i], &sources[i], add_copy, t);
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    lay_over(t, &scene->clouds[i], np_inputs_get_file(inputs, i), &sources[i]);
+    visit_copies(&scene->clouds[i], &sources[i], add_copy, t);
+  }
   sum_map(t);
   t->thickness_m = measure_thickness(t);
   return NEPH_OK;
@@ -355,10 +372,12 @@ static neph_result make(const neph_scene *scene, const np_request *request, cons
     if (result) break;
     describe_cloud(&scene->clouds[i], &sources[i], &t->clouds[i]);
     visit_copies(&scene->clouds[i], &sources[i], include_copy, t);
+    for (int a = 0; a < 2; a++) t->is_endless[a] = t->is_endless[a] || scene->clouds[i].repeat != NP_REPEAT_NONE;
   }
+  t->is_mixed = t->is_endless[0] && scene->cloud_count > 1;
   const np_dvec3 extent = np_dvec3_subtract(t->high, t->low);
   const bool has_box = extent.x > 0.0 && extent.y > 0.0 && extent.z > 0.0;
-  return !result && has_box ? fill(scene, sources, t) : result;
+  return !result && has_box ? fill(scene, inputs, sources, t) : result;
 }
 
 neph_result np_trial_make(const neph_scene *scene, const np_request *request, const np_inputs *inputs,

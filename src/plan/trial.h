@@ -23,7 +23,9 @@ double np_trial_cloud_get_share(const np_trial_cloud *cloud, double factor);
 typedef struct np_trial {
   neph_context *context; /* borrowed */
   unsigned references;
-  np_dvec3 low, high; /* world box of all clouds */
+  np_dvec3 low, high; /* world box of all clouds, of those that repeat without end once */
+  bool is_endless[2]; /* rays meet the map again and again along x or y: it has a cloud that repeats */
+  bool is_mixed;      /* and others beside it */
   int32_t size[3];    /* cells of the map, x fastest */
   float *ground_m;    /* height of the ground under fog in each column; negative infinite: none */
   float *extinction;  /* extinction at the middle of each cell, 1/m */

@@ -13,6 +13,9 @@ typedef struct np_map_ray {
   double begin_m, end_m;
 } np_map_ray;
 
+/* Longest ray through a map that repeats. */
+static const double np_map_ray_most_m = 6e4;
+
 /* False where the ray misses the map. */
 static inline bool np_map_ray_enter(const np_trial *t, np_dvec3 from, np_vec3 direction, np_map_ray *out) {
   const double origin[3] = {from.x - t->low.x, from.y - t->low.y, from.z - t->low.z};
@@ -20,12 +23,13 @@ static inline bool np_map_ray_enter(const np_trial *t, np_dvec3 from, np_vec3 di
   const np_dvec3 extent = np_dvec3_subtract(t->high, t->low);
   const double size[3] = {extent.x, extent.y, extent.z};
   out->begin_m = 0.0;
-  out->end_m = HUGE_VAL;
+  out->end_m = t->is_endless[0] || t->is_endless[1] ? np_map_ray_most_m : HUGE_VAL;
   for (int a = 0; a < 3; a++) {
     const double per_m = t->size[a] / size[a], safe = fabs(way[a]) > 1e-12 ? way[a] : copysign(1e-12, way[a]);
     const double first = -origin[a] / safe, second = (size[a] - origin[a]) / safe;
     out->at[a] = origin[a] * per_m;
     out->way[a] = way[a] * per_m;
+    if (a < 2 && t->is_endless[a]) continue;
     out->begin_m = fmax(out->begin_m, fmin(first, second));
     out->end_m = fmin(out->end_m, fmax(first, second));
   }
@@ -41,7 +45,9 @@ static inline double np_map_ray_get_cell(const np_map_ray *ray) {
 static inline double np_map_ray_sample(const np_trial *t, const np_map_ray *ray, double distance_m) {
   size_t cell = 0;
   for (int a = 2; a >= 0; a--) {
-    const double at = np_clamp(floor(ray->at[a] + distance_m * ray->way[a]), 0.0, t->size[a] - 1.0);
+    double along = ray->at[a] + distance_m * ray->way[a];
+    if (a < 2 && t->is_endless[a]) along -= t->size[a] * floor(along / t->size[a]);
+    const double at = np_clamp(floor(along), 0.0, t->size[a] - 1.0);
     cell = cell * (size_t)t->size[a] + (size_t)at;
   }
   return (double)t->extinction[cell];

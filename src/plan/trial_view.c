@@ -58,17 +58,26 @@ static np_vec3 get_direction(int i) {
   return np_vec3_make((float)(side * cos(turn)), (float)(side * sin(turn)), (float)z);
 }
 
+/* Ground that has points beyond the clouds along an axis, on either side; of clouds that repeat beside others, as far
+ * as their stretch reaches (volume/instance_period.h). */
+static double get_beyond(const np_trial *t, int axis, double reach_m) {
+  if (!t->is_endless[axis]) return reach_m;
+  const double size_m = axis == 0 ? t->high.x - t->low.x : t->high.y - t->low.y;
+  return t->is_mixed ? 0.5 * size_m + (t->high.z - t->low.z) : 0.0;
+}
+
 np_ground_counts np_trial_see_from_ground(const np_trial *t) {
   const double reach_m = reach_heights * fmax(t->high.z, 1.0), wanted_m = fmax(t->low.z / 3.0, reach_m / 24.0);
-  const double width_m[2] = {t->high.x - t->low.x + 2.0 * reach_m, t->high.y - t->low.y + 2.0 * reach_m};
+  const double beyond_m[2] = {get_beyond(t, 0, reach_m), get_beyond(t, 1, reach_m)};
+  const double width_m[2] = {t->high.x - t->low.x + 2.0 * beyond_m[0], t->high.y - t->low.y + 2.0 * beyond_m[1]};
   const double spacing_m = fmax(wanted_m, fmax(width_m[0], width_m[1]) / (POINTS_MAX - 1));
   np_view_counts sum = {.cover = 0.0};
   double way_m = 0.0;
   for (int n = 0; n < GROUND_POINTS * GROUND_POINTS * GROUND_DIRECTIONS; n++) {
     const int point = n / GROUND_DIRECTIONS;
     const np_dvec3 from =
-        np_dvec3_make(t->low.x - reach_m + width_m[0] * (point % GROUND_POINTS + 0.5) / GROUND_POINTS,
-                      t->low.y - reach_m + width_m[1] * (point / GROUND_POINTS + 0.5) / GROUND_POINTS, 0.0);
+        np_dvec3_make(t->low.x - beyond_m[0] + width_m[0] * (point % GROUND_POINTS + 0.5) / GROUND_POINTS,
+                      t->low.y - beyond_m[1] + width_m[1] * (point / GROUND_POINTS + 0.5) / GROUND_POINTS, 0.0);
     np_map_ray ray;
     if (!np_map_ray_enter(t, from, get_direction(n % GROUND_DIRECTIONS), &ray)) continue;
     follow(t, &ray, ground_spent_depth, &sum);
