@@ -281,6 +281,44 @@ static void hazy_dusk_states_what_clouds_hide(void **state) {
   }
 }
 
+static double get_bias_of_deck(double camera_m, double optical_depth) {
+  char text[512];
+  snprintf(text, sizeof text,
+           "camera: {position: [0, -1 km, %g m], look_at: [0, 1 km, 1 km], fov: 60 deg, resolution: [24, 14]}\n"
+           "sun: {elevation: 30 deg, azimuth: 0 deg}\n"
+           "clouds: [{bake: {preset: stratus, seed: 3, extent: 6 km, base: 900 m, voxel: 150 m, repeat: none,\n"
+           "  extinction: %g 1/m}}]\n",
+           camera_m, optical_depth / 300.0);
+  return render_error(&(wish){text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}).bias.value;
+}
+
+/* Cells of deep clouds light the ground, from which traced pixels below have their light too. */
+static void undersides_of_deep_clouds_state_their_cells_twice(void **state) {
+  (void)state;
+  const double deep = get_bias_of_deck(2.0, 400.0) / get_bias_of_deck(2500.0, 400.0),
+               thin = get_bias_of_deck(2.0, 10.0) / get_bias_of_deck(2500.0, 10.0);
+  print_message("bias below over above: deep %.3f, thin %.3f\n", deep, thin);
+  assert_true(deep > 1.25 && thin < 1.2);
+}
+
+/* A clear sky above a sea is less certain than above land: the sea's glint lights the air from few directions. */
+static void air_over_a_sea_states_its_glint(void **state) {
+  (void)state;
+  static const char *const waters[] = {"none", "{wind: 8 m/s}"};
+  double bias[2];
+  for (unsigned i = 0; i < 2; i++) {
+    char text[512];
+    snprintf(text, sizeof text,
+             "camera: {position: [0, 0, 100 m], look_at: [0, 1 km, 300 m], resolution: [24, 14]}\n"
+             "sun: {elevation: 20 deg, azimuth: 90 deg}\nwater: %s\n",
+             waters[i]);
+    bias[i] =
+        render_error(&(wish){text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}).bias.value;
+  }
+  assert_true(bias[0] < 0.01);
+  assert_in_range((int)(1000.0 * bias[1]), 25, 40);
+}
+
 static void threads_do_not_change_the_estimate(void **state) {
   (void)state;
   wish w = {sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 1, 0, 0};
@@ -324,6 +362,8 @@ int main(void) {
       cmocka_unit_test(bias_follows_the_method),
       cmocka_unit_test(a_fire_that_outshines_the_sky_states_what_the_air_lacks),
       cmocka_unit_test(hazy_dusk_states_what_clouds_hide),
+      cmocka_unit_test(air_over_a_sea_states_its_glint),
+      cmocka_unit_test(undersides_of_deep_clouds_state_their_cells_twice),
       cmocka_unit_test(threads_do_not_change_the_estimate),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -12,7 +12,7 @@
 #include "transport/scattering_field.h"
 
 const np_bias_term_table np_bias_terms = {
-    .air = 0.015, .clear_air = 0.005, .steps = 0.15, .emission = 0.15, .water = 0.09};
+    .air = 0.015, .clear_air = 0.005, .steps = 0.15, .emission = 0.15, .water = 0.09, .air_over_water = 0.03};
 
 /* The expected error of a solution's cells is a mean: the error of pixels is so many times as large under a high sun,
  * and grows as it sinks, as its light goes through more cells: by the hypotenuse of 1 and this over its sine. A sun
@@ -66,8 +66,8 @@ static bool has_clouds(const np_plan *plan) { return np_plan_needs(plan, NP_STAG
 double np_stage_expect_atmosphere(const np_plan *plan, const neph_scene *scene) {
   const double excess = fmax(scene->atmosphere.tolerance - NP_SKY_TOLERANCE_DEFAULT, 0.0);
   if (!is_march(plan) && (!np_plan_has_air_light(plan) || np_request_traces_air(&plan->request))) return 0.0;
-  return hypot(has_clouds(plan) || !is_march(plan) ? np_bias_terms.air : np_bias_terms.clear_air,
-               tables_share * excess);
+  const double air = has_clouds(plan) || !is_march(plan) ? np_bias_terms.air : np_bias_terms.clear_air;
+  return hypot(hypot(air, np_scene_has_water(scene) ? np_bias_terms.air_over_water : 0.0), tables_share * excess);
 }
 
 double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {
