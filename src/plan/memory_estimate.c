@@ -9,16 +9,26 @@
 #include "plan/stage_rules.h"
 #include "scene/scene_eval.h"
 
+/* Working memory of bakes and of readers of files, the same for volumes of any size. */
+static double get_working_bytes(const np_plan *plan) {
+  static const np_cost_unit units[] = {NP_UNIT_BAKE, NP_UNIT_READ_FILE};
+  const np_cost_counts *counts = &plan->forecast.stages[NP_STAGE_VOLUMES].counts;
+  np_cost_counts working = {.of = {0.0}};
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++) working.of[units[i]] = counts->of[units[i]];
+  return np_costs_sum(&working).bytes;
+}
+
 static neph_memory_estimate estimate(const np_plan *plan) {
   const np_stage_forecast *stages = plan->forecast.stages;
-  const double film = stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = stages[NP_STAGE_VOLUMES].cost.bytes,
-               terrain = stages[NP_STAGE_TERRAIN].cost.bytes;
+  const double film = stages[NP_STAGE_INTEGRATOR].cost.bytes, all = stages[NP_STAGE_VOLUMES].cost.bytes,
+               terrain = stages[NP_STAGE_TERRAIN].cost.bytes, working = fmin(get_working_bytes(plan), all),
+               volumes = all - working;
   neph_memory_estimate e = {.struct_size = sizeof e,
-                            .program_bytes = (uint64_t)np_costs_sum(&plan->forecast.program).bytes,
+                            .program_bytes = (uint64_t)(np_costs_sum(&plan->forecast.program).bytes + working),
                             .terrain_bytes = (uint64_t)terrain,
                             .volume_bytes = (uint64_t)volumes,
                             .light_bytes =
-                                (uint64_t)fmax(np_forecast_sum(&plan->forecast).bytes - film - volumes - terrain, 0.0),
+                                (uint64_t)fmax(np_forecast_sum(&plan->forecast).bytes - film - all - terrain, 0.0),
                             .film_bytes = (uint64_t)film};
   e.total_bytes = e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes;
   return e;
