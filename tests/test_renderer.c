@@ -590,7 +590,7 @@ static double get_bake_bytes(void) {
 }
 
 /* Bytes that are allocated beside the program's. A prediction is of resident memory, as the limit promises it: vectors
- * of the solution are allocated at once and used in turn, so that some of the bytes of its cells are resident
+ * of the solution are allocated at once and used in turn, so that about half of the bytes of its cells are resident
  * (docs/results/costs.md). Counted is the whole. */
 static double predict_allocated(void) {
   neph_context *context = test_context_create(2, NULL);

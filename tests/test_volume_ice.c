@@ -166,14 +166,15 @@ static void too_many_blocks_are_of_droplets(void **state) {
   test_log_clear(&f->log);
   assert_int_equal(np_tint_create_ice(f->context, &volume, NEPH_PRECISION_FLOAT, NULL, &tint), NEPH_OK);
   assert_null(tint);
-  assert_non_null(strstr(f->log.text, "bake: 1052672 blocks of 8³ voxels of it hold cloud, must be at most 1048576"));
+  assert_non_null(
+      strstr(f->log.text, "bake: 1052672 blocks of 8³ voxels of the cloud are not empty, must be at most 1048576"));
   assert_non_null(strstr(f->log.text, "enlarge voxel, or set phase to {droplets: {}}"));
   test_log_clear(&f->log);
   assert_int_equal(np_tint_create_levels(f->context, NP_PARTS_OF_CELLS, &volume.tint), NEPH_OK);
   assert_int_equal(np_volume_split_ice(&volume, NEPH_PRECISION_FLOAT, NULL), NEPH_OK);
   assert_int_equal(volume.tint->count, 1);
   assert_false(volume.tint->parts[0].is_ice);
-  assert_non_null(strstr(f->log.text, "voxels of level 0 hold cloud"));
+  assert_non_null(strstr(f->log.text, "voxels of level 0 are not empty"));
   np_tint_destroy(volume.tint);
 }
 

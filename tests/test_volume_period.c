@@ -355,24 +355,31 @@ static void thin_clouds_change_nothing(void **state) {
 }
 
 /* A burning cloud, and another below it, in the dark but for a little sun from below; the camera looks at a place this
- * far east of them. The place's light, and the bias that the picture states. */
-static double render_fire(const test_fixture *f, const char *fire, double east_m, const char *other, double *out_bias) {
+ * far east of them. */
+static neph_scene *load_fire(const test_fixture *f, const char *fire, double east_m, const char *other,
+                             const char *environment) {
   char text[2048];
+  neph_scene *scene;
   snprintf(text, sizeof text,
            "version: 1\n"
            "camera: {position: [%.17g m, -1 km, 1 km], look_at: [%.17g m, 235 m, 200 m], fov: 30 deg,\n"
            "  resolution: [12, 12]}\n"
            "sun: {elevation: -30 deg, irradiance: 1e-9 W/m2/nm}\n"
            "atmosphere: {preset: none}\n"
-           "environment: {planet: none}\n"
+           "environment: %s\n"
            "render: {samples: 8}\n"
            "clouds: [{vdb: %s, extinction: %s}, {extinction: 0.02 1/m, vdb: %s, position: [0 m, 0 m, 500 m],\n"
            "  emission: {flame: density, temperature: none, offset: 1500 K, absorption: 0.002 1/m}}]\n",
-           115.0 + east_m, 115.0 + east_m, f->path, other, fire);
-  neph_scene *scene;
+           115.0 + east_m, 115.0 + east_m, environment, f->path, other, fire);
+  assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
+  return scene;
+}
+
+/* The place's light without any ground, and the bias that the picture states. */
+static double render_fire(const test_fixture *f, const char *fire, double east_m, const char *other, double *out_bias) {
+  neph_scene *scene = load_fire(f, fire, east_m, other, "{planet: none}");
   neph_image *image;
   neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
-  assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
   assert_int_equal(neph_image_get_error(image, &error), NEPH_OK);
   const double mean = compute_mean(image);
@@ -405,20 +412,10 @@ static void fire_burns_once(void **state) {
   assert_int_equal(remove(fire), 0);
 }
 
-/* Predicted seconds of a burning cloud beside another, above ground. */
+/* Predicted seconds of the same above ground. */
 static double predict_fire(const test_fixture *f, const char *fire, const char *other) {
-  char text[2048];
-  snprintf(text, sizeof text,
-           "version: 1\n"
-           "camera: {position: [115 m, -1 km, 1 km], look_at: [115 m, 235 m, 200 m], resolution: [12, 12]}\n"
-           "sun: {elevation: -30 deg}\n"
-           "atmosphere: {preset: none}\n"
-           "clouds: [{vdb: %s, extinction: %s}, {extinction: 0.02 1/m, vdb: %s, position: [0 m, 0 m, 500 m],\n"
-           "  emission: {flame: density, temperature: none, offset: 1500 K, absorption: 0.002 1/m}}]\n",
-           f->path, other, fire);
-  neph_scene *scene;
+  neph_scene *scene = load_fire(f, fire, 0.0, other, "{}");
   double seconds;
-  assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
   assert_int_equal(neph_render_estimate_time(scene, NULL, &seconds, NULL), NEPH_OK);
   neph_scene_destroy(scene);
   return seconds;

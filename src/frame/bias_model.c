@@ -18,7 +18,7 @@ typedef struct cloud_light {
   double haze;       /* vertical optical depth of scattering by aerosols, green */
   bool has_emission;
   bool has_mixed_periods; /* some clouds repeat without end, and others end or have other periods */
-  bool is_beyond;         /* the camera sees none of the stretch that is solved for, or fires come back */
+  bool has_false_fires;   /* all that the camera sees lacks light of fires, or has it back from a period */
   bool has_water;         /* water lights undersides of clouds that the camera sees: it is not above all of them */
   bool is_under;          /* the camera is below all clouds, on whose undersides the ground's light counts */
 } cloud_light;
@@ -50,8 +50,8 @@ static void add_periods(const np_assembly *assembly, const np_world *world, clou
   const np_dvec3 low = np_dvec3_make(x.low_m, y.low_m, assembly->clouds.low.z),
                  high = np_dvec3_make(x.low_m + x.length_m, y.low_m + y.length_m, assembly->clouds.high.z);
   out->has_mixed_periods = true;
-  const bool are_returned = world->emission && !np_scattering_has_fires_apart(world);
-  out->is_beyond = out->is_beyond || are_returned || !np_camera_sees_box(&assembly->camera, low, high);
+  const bool come_back = world->emission && !np_scattering_has_fires_apart(world);
+  out->has_false_fires = out->has_false_fires || come_back || !np_camera_sees_box(&assembly->camera, low, high);
 }
 
 static cloud_light measure_light(const np_assembly *assembly) {
@@ -107,14 +107,14 @@ static double compute_dusk(const cloud_light *light, const np_plan *plan) {
   return is_dusk ? fmin(dusk_per_depth * light->haze, dusk_most) : 0.0;
 }
 
-/* Bias of a fire in the dark beside clouds that repeat without end, near it (docs/transport.md); and where none of the
- * stretch is seen that its light is solved for: beyond, it lights no cloud; or where others repeat too, with whose
- * light its own returns. */
-static const double repeated_fire_bias = 0.1, beyond_fire_bias = 1.0;
+/* Bias of a fire in the dark beside clouds that repeat without end (docs/transport.md): in the stretch that its light
+ * is solved for; and in a picture of places beyond alone, whose clouds it does not light, or beside a cloud that burns
+ * in each period, so that all fires come back. */
+static const double repeated_fire_bias = 0.1, false_fire_bias = 1.0;
 
 static double compute_repeated_fire(const cloud_light *light) {
   if (!light->has_emission || !light->has_mixed_periods || light->highest >= 0.0) return 0.0;
-  return light->is_beyond ? beyond_fire_bias : repeated_fire_bias;
+  return light->has_false_fires ? false_fire_bias : repeated_fire_bias;
 }
 
 /* Bias of light that reaches the camera from under deep clouds. It comes from the ground, whose light is of the same

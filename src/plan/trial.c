@@ -372,9 +372,9 @@ static neph_result make(const neph_scene *scene, const np_request *request, cons
     if (result) break;
     describe_cloud(&scene->clouds[i], &sources[i], &t->clouds[i]);
     visit_copies(&scene->clouds[i], &sources[i], include_copy, t);
-    for (int a = 0; a < 2; a++) t->is_endless[a] = t->is_endless[a] || scene->clouds[i].repeat != NP_REPEAT_NONE;
+    t->is_endless = t->is_endless || scene->clouds[i].repeat != NP_REPEAT_NONE;
   }
-  t->is_mixed = t->is_endless[0] && scene->cloud_count > 1;
+  t->is_mixed = t->is_endless && scene->cloud_count > 1;
   const np_dvec3 extent = np_dvec3_subtract(t->high, t->low);
   const bool has_box = extent.x > 0.0 && extent.y > 0.0 && extent.z > 0.0;
   return !result && has_box ? fill(scene, inputs, sources, t) : result;

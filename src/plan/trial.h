@@ -24,7 +24,7 @@ typedef struct np_trial {
   neph_context *context; /* borrowed */
   unsigned references;
   np_dvec3 low, high; /* world box of all clouds, of those that repeat without end once */
-  bool is_endless[2]; /* rays meet the map again and again along x or y: it has a cloud that repeats */
+  bool is_endless;    /* rays meet the map again and again: it has a cloud that repeats along x and y */
   bool is_mixed;      /* and others beside it */
   int32_t size[3];    /* cells of the map, x fastest */
   float *ground_m;    /* height of the ground under fog in each column; negative infinite: none */

@@ -23,13 +23,13 @@ static inline bool np_map_ray_enter(const np_trial *t, np_dvec3 from, np_vec3 di
   const np_dvec3 extent = np_dvec3_subtract(t->high, t->low);
   const double size[3] = {extent.x, extent.y, extent.z};
   out->begin_m = 0.0;
-  out->end_m = t->is_endless[0] || t->is_endless[1] ? np_map_ray_most_m : HUGE_VAL;
+  out->end_m = t->is_endless ? np_map_ray_most_m : HUGE_VAL;
   for (int a = 0; a < 3; a++) {
     const double per_m = t->size[a] / size[a], safe = fabs(way[a]) > 1e-12 ? way[a] : copysign(1e-12, way[a]);
     const double first = -origin[a] / safe, second = (size[a] - origin[a]) / safe;
     out->at[a] = origin[a] * per_m;
     out->way[a] = way[a] * per_m;
-    if (a < 2 && t->is_endless[a]) continue;
+    if (a < 2 && t->is_endless) continue;
     out->begin_m = fmax(out->begin_m, fmin(first, second));
     out->end_m = fmin(out->end_m, fmax(first, second));
   }
@@ -46,7 +46,7 @@ static inline double np_map_ray_sample(const np_trial *t, const np_map_ray *ray,
   size_t cell = 0;
   for (int a = 2; a >= 0; a--) {
     double along = ray->at[a] + distance_m * ray->way[a];
-    if (a < 2 && t->is_endless[a]) along -= t->size[a] * floor(along / t->size[a]);
+    if (a < 2 && t->is_endless) along -= t->size[a] * floor(along / t->size[a]);
     const double at = np_clamp(floor(along), 0.0, t->size[a] - 1.0);
     cell = cell * (size_t)t->size[a] + (size_t)at;
   }

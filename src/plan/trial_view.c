@@ -58,18 +58,18 @@ static np_vec3 get_direction(int i) {
   return np_vec3_make((float)(side * cos(turn)), (float)(side * sin(turn)), (float)z);
 }
 
-/* Ground that has points beyond the clouds along an axis, on either side; of clouds that repeat beside others, as far
- * as their stretch reaches (volume/instance_period.h). */
-static double get_beyond(const np_trial *t, int axis, double reach_m) {
-  if (!t->is_endless[axis]) return reach_m;
-  const double size_m = axis == 0 ? t->high.x - t->low.x : t->high.y - t->low.y;
+/* Ground that has points beyond clouds `size_m` wide, on either side; of clouds that repeat beside others, as far as
+ * their stretch reaches (volume/instance_period.h). */
+static double get_beyond(const np_trial *t, double size_m, double reach_m) {
+  if (!t->is_endless) return reach_m;
   return t->is_mixed ? 0.5 * size_m + (t->high.z - t->low.z) : 0.0;
 }
 
 np_ground_counts np_trial_see_from_ground(const np_trial *t) {
   const double reach_m = reach_heights * fmax(t->high.z, 1.0), wanted_m = fmax(t->low.z / 3.0, reach_m / 24.0);
-  const double beyond_m[2] = {get_beyond(t, 0, reach_m), get_beyond(t, 1, reach_m)};
-  const double width_m[2] = {t->high.x - t->low.x + 2.0 * beyond_m[0], t->high.y - t->low.y + 2.0 * beyond_m[1]};
+  const double size_m[2] = {t->high.x - t->low.x, t->high.y - t->low.y};
+  const double beyond_m[2] = {get_beyond(t, size_m[0], reach_m), get_beyond(t, size_m[1], reach_m)};
+  const double width_m[2] = {size_m[0] + 2.0 * beyond_m[0], size_m[1] + 2.0 * beyond_m[1]};
   const double spacing_m = fmax(wanted_m, fmax(width_m[0], width_m[1]) / (POINTS_MAX - 1));
   np_view_counts sum = {.cover = 0.0};
   double way_m = 0.0;

@@ -39,7 +39,7 @@ static bool can_split(const neph_volume *volume, const char *name) {
   const size_t blocks = np_bricks_list_cells(&volume->bricks, NULL);
   if (blocks <= NP_SPLIT_BLOCKS_MAX) return true;
   np_log(volume->context, NEPH_LOG_WARNING,
-         "bake: %zu blocks of 8³ voxels of %s hold cloud, must be at most %d for ice: all of it is of droplets; "
+         "bake: %zu blocks of 8³ voxels of %s are not empty, must be at most %d for ice: all of it is of droplets; "
          "enlarge voxel, or set phase to {droplets: {}}",
          blocks, name, (int)NP_SPLIT_BLOCKS_MAX);
   return false;
@@ -54,7 +54,7 @@ neph_result np_tint_create_ice(neph_context *context, const neph_volume *density
                     .compute_shares = compute_shares,
                     .user = &split};
   *out_tint = NULL;
-  if (!can_split(density, "it")) return NEPH_OK;
+  if (!can_split(density, "the cloud")) return NEPH_OK;
   np_tint *tint = np_alloc(context, 1, sizeof *tint);
   if (!tint) return NEPH_ERROR_OUT_OF_MEMORY;
   tint->context = context;
