@@ -292,13 +292,14 @@ static double get_bias_of_deck(double camera_m, double optical_depth) {
   return render_error(&(wish){text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}).bias.value;
 }
 
-/* Cells of deep clouds light the ground, from which traced pixels below have their light too. */
+/* Cells of deep clouds light the ground, from which traced pixels below have their light too: 12 to 13 % from below,
+ * whether the machine has time for the tracer or not (7 to 9 without that term), and 6 to 9 from above. */
 static void undersides_of_deep_clouds_state_their_cells_twice(void **state) {
   (void)state;
-  const double deep = get_bias_of_deck(2.0, 400.0) / get_bias_of_deck(2500.0, 400.0),
-               thin = get_bias_of_deck(2.0, 10.0) / get_bias_of_deck(2500.0, 10.0);
-  print_message("bias below over above: deep %.3f, thin %.3f\n", deep, thin);
-  assert_true(deep > 1.25 && thin < 1.2);
+  const double below = get_bias_of_deck(2.0, 400.0), above = get_bias_of_deck(2500.0, 400.0),
+               thin = get_bias_of_deck(2.0, 10.0);
+  print_message("bias below a deck %.3f, above %.3f, below a thin one %.3f\n", below, above, thin);
+  assert_true(below > 0.105 && above < 0.105 && thin < 0.06);
 }
 
 /* A clear sky above a sea is less certain than above land: the sea's glint lights the air from few directions. */
