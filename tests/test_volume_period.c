@@ -375,7 +375,7 @@ static neph_scene *load_fire(const test_fixture *f, const char *fire, double eas
   return scene;
 }
 
-/* The place's light without any ground, and the bias that the picture states. */
+/* Light of a place near a burning cloud, in a scene without ground, and the bias that the picture states. */
 static double render_fire(const test_fixture *f, const char *fire, double east_m, const char *other, double *out_bias) {
   neph_scene *scene = load_fire(f, fire, east_m, other, "{planet: none}");
   neph_image *image;
@@ -412,7 +412,7 @@ static void fire_burns_once(void **state) {
   assert_int_equal(remove(fire), 0);
 }
 
-/* Predicted seconds of the same above ground. */
+/* Predicted seconds of a picture of a burning cloud beside another, above ground. */
 static double predict_fire(const test_fixture *f, const char *fire, const char *other) {
   neph_scene *scene = load_fire(f, fire, 0.0, other, "{}");
   double seconds;
