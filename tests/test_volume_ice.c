@@ -178,6 +178,42 @@ static void too_many_blocks_are_of_droplets(void **state) {
   np_tint_destroy(volume.tint);
 }
 
+static double estimate_volumes(fixture *f) {
+  neph_memory_estimate estimate = NEPH_MEMORY_ESTIMATE_DEFAULT;
+  assert_int_equal(neph_render_estimate_memory(f->scene, NULL, &estimate), NEPH_OK);
+  return (double)estimate.volume_bytes;
+}
+
+/* A plan adds the memory of the parts beside the whole cloud, within a third. Where there is hardly any light, the grid
+ * from which a part is built counts too: 4 bytes a voxel. */
+static void a_plan_counts_the_memory_of_ice(void **state) {
+  fixture *f = *state;
+  neph_volume *whole;
+  np_tint *tint;
+  set(f, "clouds[0].bake.voxel", "300 m");
+  const double with_ice = estimate_volumes(f);
+  set(f, "atmosphere", "none");
+  set(f, "render.integrator", "path");
+  const double by_path = estimate_volumes(f);
+  set(f, "clouds[0].phase", "{droplets: {}}");
+  const double without = estimate_volumes(f);
+  assert_int_equal(neph_cloud_bake(f->context, &f->scene->clouds[0].bake, NULL, &whole), NEPH_OK);
+  assert_int_equal(np_tint_create_ice(f->context, whole, NEPH_PRECISION_HALF, NULL, &tint), NEPH_OK);
+  double parts = 0, largest = 0;
+  for (unsigned k = 0; k < tint->count; k++) {
+    const double bricks = (double)tint->parts[k].volume->bricks.brick_count;
+    parts += bricks;
+    largest = fmax(largest, bricks);
+  }
+  const double stored = parts * NP_BRICK_STRIDE * sizeof(uint16_t), built = largest * sizeof(np_leaf);
+  print_message("ice adds %.3g MB of %.3g, %.3g more while it is built of %.3g\n", 1e-6 * (with_ice - without),
+                1e-6 * stored, 1e-6 * (by_path - with_ice), 1e-6 * built);
+  assert_near(with_ice - without, stored, stored / 3);
+  assert_near(by_path - with_ice, built, built / 2);
+  np_tint_destroy(tint);
+  neph_volume_release(whole);
+}
+
 static void anvils_have_ice_unless_a_key_says_otherwise(void **state) {
   fixture *f = *state;
   static const struct {
@@ -265,6 +301,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(levels_have_parts_that_add_up, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_warm_cloud_has_no_parts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(too_many_blocks_are_of_droplets, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_plan_counts_the_memory_of_ice, set_up, tear_down),
       cmocka_unit_test_setup_teardown(anvils_have_ice_unless_a_key_says_otherwise, set_up, tear_down),
       cmocka_unit_test_setup_teardown(both_integrators_render_ice, set_up, tear_down),
       cmocka_unit_test_setup_teardown(ice_has_no_billows, set_up, tear_down),

@@ -219,7 +219,7 @@ typedef struct neph_memory_estimate {
   uint64_t total_bytes;   /**< sum of the members below */
   uint64_t program_bytes; /**< the library, and OpenVDB where a file is read or written */
   uint64_t terrain_bytes; /**< heights and the ray-tracing structure; 0 for one that a call has set */
-  uint64_t volume_bytes;  /**< bricks */
+  uint64_t volume_bytes;  /**< bricks, and, where light takes less, grids from which they are built */
   uint64_t light_bytes;   /**< multiple scattering while it is solved, sun optical depth, air shadows */
   uint64_t film_bytes;    /**< the picture's channels */
 } neph_memory_estimate;

@@ -17,6 +17,7 @@
 #include "scene/cloud_file.h"
 #include "scene/cloud_ground.h"
 #include "scene/cloud_places.h"
+#include "volume/volume_ice.h"
 #include "volume/volume_levels.h"
 #include "volume/volume_private.h"
 
@@ -85,12 +86,32 @@ static neph_result count_source(const neph_scene *scene, const np_request *reque
   return NEPH_OK;
 }
 
+/* Share of a bake's height whose bricks hold droplets and crystals; negative: it has no ice. */
+static double get_mixed_share(const neph_cloud_desc *bake) {
+  const double top_m = bake->base_altitude_m + bake->thickness_m, low_m = fmax(bake->base_altitude_m, NP_ICE_FROM_M);
+  return top_m > NP_ICE_FROM_M ? fmax(fmin(top_m, NP_ICE_ALONE_M) - low_m, 0.0) / bake->thickness_m : -1.0;
+}
+
+/* Droplets and crystals are stored beside the whole cloud, or, with levels, in the place of each. */
+static void count_ice(const neph_scene *scene, const np_scene_cloud *cloud, const np_voxel_counts *before,
+                      np_inputs *inputs) {
+  const double mixed = get_mixed_share(&cloud->bake);
+  if (!np_scene_cloud_has_ice(cloud) || mixed < 0.0) return;
+  const double added = np_inputs_count_levels(inputs, scene, cloud) < 2 ? 1.0 + mixed : mixed;
+  for (int k = 0; k < 2; k++) {
+    const double voxels = inputs->voxels.cloud[k] - before->cloud[k];
+    inputs->voxels.split[k] += voxels;
+    inputs->voxels.parts[k] += added * voxels;
+  }
+}
+
 static neph_result count_cloud(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
                                np_inputs *inputs) {
   np_plan_cloud_file file;
   const np_voxel_counts before = inputs->voxels;
   neph_result result = np_plan_choose_cloud_file(request, scene, cloud, &file);
   if (!result && !file.is_missing) result = count_source(scene, request, cloud, &file, inputs);
+  count_ice(scene, cloud, &before, inputs);
   if (np_plan_has_fine_detail(request, scene, cloud))
     for (int k = 0; k < 2; k++) inputs->voxels.detailed[k] += inputs->voxels.cloud[k] - before.cloud[k];
   np_alloc_free(request->context, file.path);

@@ -34,6 +34,8 @@ typedef struct np_voxel_counts {
   double along_billows; /* baked voxels along billows (plan_detail.h) */
   double cloud[2];      /* voxels that hold cloud, baked or read; second: with coarse voxels of files */
   double detailed[2];   /* the share of clouds with detail finer than voxels */
+  double split[2];      /* the share of clouds that are split into droplets and crystals */
+  double parts[2];      /* voxels in bricks that this adds (volume/volume_ice.h) */
 } np_voxel_counts;
 
 /* The terrain's source. */

@@ -18,6 +18,11 @@ static double get_working_bytes(const np_plan *plan) {
   return np_costs_sum(&working).bytes;
 }
 
+/* Bytes of leaves of the grids from which ice is built, which are freed before there is light or a picture. */
+static double get_split_bytes(const np_plan *plan) {
+  return (double)sizeof(np_leaf) / NP_LEAF_SIZE * np_plan_get_split_voxels(plan);
+}
+
 static neph_memory_estimate estimate(const np_plan *plan) {
   const np_stage_forecast *stages = plan->forecast.stages;
   const double film = stages[NP_STAGE_INTEGRATOR].cost.bytes, all = stages[NP_STAGE_VOLUMES].cost.bytes,
@@ -30,6 +35,7 @@ static neph_memory_estimate estimate(const np_plan *plan) {
                             .light_bytes =
                                 (uint64_t)fmax(np_forecast_sum(&plan->forecast).bytes - film - all - terrain, 0.0),
                             .film_bytes = (uint64_t)film};
+  e.volume_bytes += (uint64_t)fmax(get_split_bytes(plan) - (double)(e.light_bytes + e.film_bytes), 0.0);
   e.total_bytes = e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes;
   return e;
 }

@@ -39,6 +39,15 @@ static inline double np_plan_get_detailed_voxels(const np_plan *plan) {
   return plan->inputs.voxels.detailed[plan->savings.are_coarse ? 1 : 0];
 }
 
+/* Voxels that are split into droplets and crystals, and voxels in bricks that this adds. */
+static inline double np_plan_get_split_voxels(const np_plan *plan) {
+  return plan->inputs.voxels.split[plan->savings.are_coarse ? 1 : 0];
+}
+
+static inline double np_plan_get_part_voxels(const np_plan *plan) {
+  return plan->inputs.voxels.parts[plan->savings.are_coarse ? 1 : 0];
+}
+
 /* Wall-clock seconds on all threads for one core-second of work. */
 static inline double np_plan_get_core_s(const np_plan *plan) {
   return 1.0 / neph_context_get_thread_count(plan->request.context);

@@ -52,7 +52,7 @@ void np_stage_count_volumes(const np_plan *plan, const neph_scene *scene, np_cos
   out->of[NP_UNIT_BILLOW_VOXEL] = voxels->along_billows;
   out->of[NP_UNIT_READ_VOXEL] = fmax(stored - voxels->baked, 0.0);
   out->of[NP_UNIT_DETAIL_VOXEL] = np_plan_get_detailed_voxels(plan);
-  out->of[NP_UNIT_SAMPLE_BYTE] = samples_per_voxel * sample_bytes * stored;
+  out->of[NP_UNIT_SAMPLE_BYTE] = samples_per_voxel * sample_bytes * (stored + np_plan_get_part_voxels(plan));
 }
 
 /* ---- Caches of light ---- */
