@@ -11,20 +11,20 @@
   X(VDB_LIBRARY, "OpenVDB", 0, 3.1e+07) \
   X(BYTE, "bytes", 0, 1) \
   X(TERRAIN, "terrains", 0.0285, 0) \
-  X(MADE_HEIGHT, "heights made", 5.97e-07, 31.3) \
-  X(READ_HEIGHT, "heights read", 1.5e-07, 39.2) \
+  X(MADE_HEIGHT, "heights made", 5.97e-07, 27.9) \
+  X(READ_HEIGHT, "heights read", 1.5e-07, 32.4) \
   X(MESH_BYTE, "bytes of meshes", 5e-08, 6) \
-  X(BAKE, "bakes", 0.0973, 4.68e+06) \
+  X(BAKE, "bakes", 0.0973, 5.32e+06) \
   X(BOX_VOXEL, "voxels in boxes of bakes", 1.28e-08, 0) \
   X(BAKED_VOXEL, "baked voxels in bricks", 1.61e-07, 0) \
   X(BILLOW_VOXEL, "baked voxels along billows", 3.32e-05, 0) \
-  X(READ_FILE, "files read", 0.0459, 6.65e+06) \
+  X(READ_FILE, "files read", 0.0459, 7.38e+06) \
   X(READ_VOXEL, "read voxels in bricks", 2.47e-08, 0) \
   X(SAMPLE_BYTE, "bytes of samples", 0, 1) \
   X(DETAIL, "noises of detail", 0.03, 7.5e+05) \
   X(DETAIL_VOXEL, "voxels with detail", 0, 0.344) \
-  X(AIR, "tables of air", 0.0316, 6.92e+06) \
-  X(CAMERA_SKY, "skies of the camera", 0.043, 4.12e+06) \
+  X(AIR, "tables of air", 0.0316, 5.96e+06) \
+  X(CAMERA_SKY, "skies of the camera", 0.043, 3.17e+06) \
   X(SKY, "skies of clouds and water", 0.0689, 0) \
   X(EMITTER, "grids of emission", 0.2, 0) \
   X(SUN_VOXEL, "thin voxels of sun optical depth", 5e-08, 50) \
@@ -32,8 +32,8 @@
   X(CELL, "cells of multiple scattering", 2.37e-06, 0) \
   X(CELL_SWEEP, "directions times moments times cells of sweeps", 3.25e-10, 0) \
   X(LAST_SWEEP, "directions times moments times cells of sweeps that resolve", 2.8e-10, 0) \
-  X(CELL_BYTE, "bytes of cells", 0, 0.53) \
-  X(CELL_PLACE, "places for cells, empty ones included", 0, 26.9) \
+  X(CELL_BYTE, "bytes of cells", 0, 0.56) \
+  X(CELL_PLACE, "places for cells, empty ones included", 0, 42) \
   X(VIEWED_CELL, "cells in the light to the camera", 4.07e-07, 0) \
   X(GROUND, "maps of light on the ground", 0.0296, 0) \
   X(GROUND_STEP, "steps from the ground to clouds", 2.33e-08, 0) \
