@@ -9,6 +9,10 @@
 
 enum { WIDTH = 32, HEIGHT = 18 };
 
+/* Light of few directions, for biases that the model of the bias states: 11 instead of 12 % below a deep deck, and the
+ * same two digits in hazy dusk. */
+#define COARSE_LIGHT "render: {light_degree: 3, light_residual: 0.01}\n"
+
 /* A small cumulus, in the void and under sky over ground; an empty world of even light. */
 static const char void_scene[] =
     "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [32, 18]}\n"
@@ -136,13 +140,16 @@ static void stated_noise_is_that_of_other_seeds(void **state) {
   }
 }
 
-/* Error against two references by the tracer, their own noise taken out as in bench_error. */
-static double measure_error(neph_context *context, neph_image *image, const char *scene, unsigned samples) {
-  neph_image *reference[2];
-  double mean = 0.0, sum = 0.0, count = 0.0;
+/* Two references by the tracer. */
+static void render_references(neph_context *context, const char *scene, unsigned samples, neph_image *out[2]) {
   for (unsigned k = 0; k < 2; k++)
-    reference[k] =
+    out[k] =
         render(context, &(wish){scene, NEPH_INTEGRATOR_PATH, NEPH_MULTIPLE_SCATTERING_NONE, samples, 2, 0, 100 + k});
+}
+
+/* Error against two references, their own noise taken out as in bench_error. */
+static double measure_error(neph_image *image, neph_image *const reference[2]) {
+  double mean = 0.0, sum = 0.0, count = 0.0;
   for (size_t i = 0; i < WIDTH * HEIGHT; i++)
     mean += 0.5 * (get_luminance(reference[0], i) + get_luminance(reference[1], i)) / (WIDTH * HEIGHT);
   for (size_t i = 0; i < WIDTH * HEIGHT; i++) {
@@ -152,7 +159,6 @@ static double measure_error(neph_context *context, neph_image *image, const char
     sum += (own - a) * (own - b) / (t * t);
     count += 1.0;
   }
-  for (unsigned k = 0; k < 2; k++) neph_image_destroy(reference[k]);
   return sqrt(fmax(sum / count, 0.0));
 }
 
@@ -162,14 +168,17 @@ static void the_suns_disk_is_no_rare_path(void **state) {
   (void)state;
   static const uint64_t seeds[] = {1, 5, 8};
   neph_context *context = test_context_create_cached(2, NULL);
+  neph_image *references[2];
+  render_references(context, rim_scene, 64, references);
   for (size_t i = 0; i < sizeof seeds / sizeof *seeds; i++) {
     const wish w = {rim_scene, NEPH_INTEGRATOR_PATH, NEPH_MULTIPLE_SCATTERING_NONE, 4, 2, 0, seeds[i]};
     neph_image *image = render(context, &w);
-    const double stated = get_error(image).noise.value, error = measure_error(context, image, rim_scene, 64);
+    const double stated = get_error(image).noise.value, error = measure_error(image, references);
     if (!(stated < 2.0 * error && error < 2.0 * stated))
       fail_msg("seed %u: noise of %.3g is stated, %.3g is true", (unsigned)seeds[i], stated, error);
     neph_image_destroy(image);
   }
+  for (unsigned k = 0; k < 2; k++) neph_image_destroy(references[k]);
   neph_context_destroy(context);
 }
 
@@ -179,19 +188,23 @@ static void stated_error_is_near_the_true_one(void **state) {
   (void)state;
   static const struct {
     wish w;
+    unsigned reference_samples;
     double factor;
   } rows[] = {
-      {{sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3}, 2.2},
-      {{void_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_OCTAVES, 4, 2, 0, 3}, 2.2},
-      {{thermals_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3}, 3.0},
+      {{sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3}, 256, 2.2},
+      {{void_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_OCTAVES, 4, 2, 0, 3}, 48, 2.2},
+      {{thermals_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3}, 256, 3.0},
   };
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
     neph_context *context = test_context_create_cached(2, NULL);
     neph_image *image = render(context, &rows[i].w);
-    const double stated = get_error(image).error.value, error = measure_error(context, image, rows[i].w.scene, 256);
+    neph_image *references[2];
+    render_references(context, rows[i].w.scene, rows[i].reference_samples, references);
+    const double stated = get_error(image).error.value, error = measure_error(image, references);
     print_message("picture %zu: stated %.3g, measured %.3g\n", i, stated, error);
     if (!(stated < rows[i].factor * error && error < rows[i].factor * stated))
       fail_msg("picture %zu: an error of %.3g is stated, measured is %.3g", i, stated, error);
+    for (unsigned k = 0; k < 2; k++) neph_image_destroy(references[k]);
     neph_image_destroy(image);
     neph_context_destroy(context);
   }
@@ -236,7 +249,7 @@ static double get_bias_of_fire(const char *vdb, const char *elevation) {
            "camera: {position: [0, -9 km, 1 km], look_at: [0, 0, 2 km], fov: 80 deg, resolution: [24, 14]}\n"
            "sun: {elevation: %s, azimuth: 0 deg}\n"
            "clouds: [{vdb: %s, albedo: 0.8, emission: {flame: density, temperature: none, offset: 2000 K,\n"
-           "  absorption: 0.002 1/m}}]\n",
+           "  absorption: 0.002 1/m}}]\n" COARSE_LIGHT,
            elevation, vdb);
   return render_error(&(wish){text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}).bias.value;
 }
@@ -274,10 +287,12 @@ static void hazy_dusk_states_what_clouds_hide(void **state) {
     snprintf(text, sizeof text,
              "camera: {position: [0, -9 km, 1 km], look_at: [0, 0, 1 km], fov: 60 deg, resolution: [24, 14]}\n"
              "sun: {elevation: %s, azimuth: 0 deg}\natmosphere: {preset: %s}\n"
-             "clouds: [{bake: {preset: stratus, seed: 3, extent: 6 km, voxel: 150 m, repeat: none}}]\n",
+             "clouds: [{bake: {preset: stratus, seed: 3, extent: 6 km, voxel: 150 m, repeat: none}}]\n" COARSE_LIGHT,
              cases[i].elevation, cases[i].preset);
     const wish w = {text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0};
-    assert_in_range((int)(1000.0 * render_error(&w).bias.value), cases[i].low, cases[i].high);
+    const double bias = render_error(&w).bias.value;
+    print_message("bias at %s in %s %.3f\n", cases[i].elevation, cases[i].preset, bias);
+    assert_in_range((int)(1000.0 * bias), cases[i].low, cases[i].high);
   }
 }
 
@@ -287,13 +302,13 @@ static double get_bias_of_deck(double camera_m, double optical_depth) {
            "camera: {position: [0, -1 km, %g m], look_at: [0, 1 km, 1 km], fov: 60 deg, resolution: [24, 14]}\n"
            "sun: {elevation: 30 deg, azimuth: 0 deg}\n"
            "clouds: [{bake: {preset: stratus, seed: 3, extent: 6 km, base: 900 m, voxel: 150 m, repeat: none,\n"
-           "  extinction: %g 1/m}}]\n",
+           "  extinction: %g 1/m}}]\n" COARSE_LIGHT,
            camera_m, optical_depth / 300.0);
   return render_error(&(wish){text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}).bias.value;
 }
 
-/* Cells of deep clouds light the ground, from which traced pixels below have their light too: 12 to 13 % from below,
- * whether the machine has time for the tracer or not (7 to 9 without that term), and 6 to 9 from above. */
+/* Cells of deep clouds light the ground, from which traced pixels below have their light too: 11 to 13 % from below,
+ * whether the machine has time for the tracer or not (7 to 9 without that term), and 6 to 10 from above. */
 static void undersides_of_deep_clouds_state_their_cells_twice(void **state) {
   (void)state;
   const double below = get_bias_of_deck(2.0, 400.0), above = get_bias_of_deck(2500.0, 400.0),
@@ -322,7 +337,7 @@ static void air_over_a_sea_states_its_glint(void **state) {
 
 static void threads_do_not_change_the_estimate(void **state) {
   (void)state;
-  wish w = {sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 1, 0, 0};
+  wish w = {void_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 1, 0, 0};
   const neph_image_error one = render_error(&w);
   w.threads = 3;
   const neph_image_error three = render_error(&w);

@@ -61,15 +61,20 @@ static double compute_mean(const float *values) {
 /* Planes across an axis: one inside, the same some tiles off, both sides of the border, and the middle. */
 enum { HERE, FAR, INNER, OUTER, MIDDLE, PLANES };
 
-static void eval_planes(neph_context *context, const neph_cloud_desc *desc, int axis, float (*out)[POINTS]) {
-  static double at_m[PLANES][POINTS][3];
+static void list_planes(const neph_cloud_desc *desc, int axis, double (*out)[POINTS][3]) {
   const double width_m = desc->extent_m[0], half_m = 0.5 * width_m;
-  list_points(desc, axis, half_m - 1300, 0, at_m[HERE]);
-  list_points(desc, axis, half_m - 1300 - 3 * width_m, 2 * width_m, at_m[FAR]);
-  list_points(desc, axis, half_m - 0.25, 0, at_m[INNER]);
-  list_points(desc, axis, half_m + 0.25, 0, at_m[OUTER]);
-  list_points(desc, axis, 0, 0, at_m[MIDDLE]);
-  assert_int_equal(neph_cloud_eval(context, desc, no_curve_m, PLANES * POINTS, **at_m, *out), NEPH_OK);
+  list_points(desc, axis, half_m - 1300, 0, out[HERE]);
+  list_points(desc, axis, half_m - 1300 - 3 * width_m, 2 * width_m, out[FAR]);
+  list_points(desc, axis, half_m - 0.25, 0, out[INNER]);
+  list_points(desc, axis, half_m + 0.25, 0, out[OUTER]);
+  list_points(desc, axis, 0, 0, out[MIDDLE]);
+}
+
+/* Planes across both axes, of one field. */
+static void eval_planes(neph_context *context, const neph_cloud_desc *desc, float (*out)[PLANES][POINTS]) {
+  static double at_m[2][PLANES][POINTS][3];
+  for (int axis = 0; axis < 2; axis++) list_planes(desc, axis, at_m[axis]);
+  assert_int_equal(neph_cloud_eval(context, desc, no_curve_m, 2 * PLANES * POINTS, ***at_m, **out), NEPH_OK);
 }
 
 /* Positions a whole number of tiles apart are one, to the bit. Over 50 cm across the border the model changes as it
@@ -80,9 +85,10 @@ static void borders_meet(void **state) {
   neph_context *context = test_context_create(2, NULL);
   for (int p = 0; p < PRESETS; p++) {
     const neph_cloud_desc desc = make_tile(context, presets[p]);
+    static float both[2][PLANES][POINTS];
+    eval_planes(context, &desc, both);
     for (int axis = 0; axis < 2; axis++) {
-      static float planes[PLANES][POINTS];
-      eval_planes(context, &desc, axis, planes);
+      float(*planes)[POINTS] = both[axis];
       assert_memory_equal(planes[HERE], planes[FAR], sizeof *planes);
       const double mean = compute_mean(planes[INNER]), change = compute_change(planes[INNER], planes[OUTER]);
       print_message("%-20s %d: mean %.3g, change %.3g, to the middle %.3g 1/m\n", presets[p], axis, mean, change,
@@ -343,7 +349,7 @@ static const char scene[] =
     "clouds:\n"
     "  - {detail: none,\n"
     "     bake: {model: deck, extent: 4 km, voxel: 100 m, coverage: 0.7, cell: 1 km, seed: 3, repeat: 16 km}}\n"
-    "render: {integrator: path, samples: 4, light_memory: 400 MB}\n";
+    "render: {integrator: path, samples: 4, light_memory: 400 MB, light_residual: 0.01}\n";
 
 /* Pictures of one field in its copies and levels share bakes and tables by a cache, which holds the bits of a bake. */
 static int set_up(void **state) { return set_up_scene_cached(state, 2, scene); }
@@ -379,8 +385,8 @@ static void both_integrators_render_tiles(void **state) {
 }
 
 /* A file holds the smallest voxels alone and is not baked again when the camera moves; its voxels of 35 m are rounded
- * to 35.7 m. Voxels as wide as a pixel, 2° here, smooth the deck: with 1024 paths a pixel, of two seeds, the mean falls
- * by 2.1 %, in the march by 2.8 %, for which 4 % leaves room; three standard errors of 64 paths a pixel are 5 % more.
+ * to 35.7 m. Voxels as wide as a pixel, 2° here, smooth the deck: with 256 paths a pixel, of two seeds, the mean falls
+ * by 2.5 %, in the march by 2.2 %, for which 4 % leaves room; three standard errors of 64 paths a pixel are 5 % more.
  */
 static void copies_in_levels_render(void **state) {
   fixture *f = *state;
@@ -391,9 +397,12 @@ static void copies_in_levels_render(void **state) {
   set(f, "clouds[0].bake.voxel", "35 m");
   set(f, "render.detail", "0");
   set(f, "render.light_memory", "50 MB");
+  set(f, "render.light_degree", "3");
+  set(f, "render.light_residual", "0.01");
   for (int i = 0; i < 2; i++) {
     set(f, "render.integrator", integrators[i]);
     set(f, "render.samples", i ? "4" : "64");
+    set(f, "clouds[0].albedo", i ? "1" : "0.9"); /* paths end soon */
     set(f, "clouds[0].bake.levels", "1");
     const double alone = render(f, values);
     set(f, "clouds[0].bake.levels", "3");
