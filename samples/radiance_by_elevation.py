@@ -27,6 +27,7 @@ resolution = tuple(int(side) for side in options.resolution.split("x"))
 
 # %% Pictures
 scene = nephos.load(options.scene)
+scene["render.quality"] = "preview"
 renderer = nephos.Renderer()
 elevations = numpy.linspace(2, 80, options.steps)
 means, deviations = [], []
