@@ -67,7 +67,7 @@ static void veils_leave_the_sky_as_it_is(void **state) {
   for (int c = 0; c < 3; c++) assert_near_relative(veiled[c], clear[c], 0.002);
 }
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 int main(void) {
   const struct CMUnitTest tests[] = {

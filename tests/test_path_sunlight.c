@@ -73,8 +73,8 @@ static void known_depths_bring_no_bias(void **state) {
   (void)state;
   for (unsigned scene = 0; scene < sizeof scenes / sizeof *scenes; scene++) {
     strip known[2], traced[2];
-    measure(scene, "volume", 512, known);
-    measure(scene, "march", 512, traced);
+    measure(scene, "volume", 256, known);
+    measure(scene, "march", 256, traced);
     for (int half = 0; half < 2; half++) {
       const double deviation = sqrt(known[half].variance + traced[half].variance);
       print_message("scene %u, half %d: %.5f by the cache, %.5f without, %.2f deviations\n", scene, half,
