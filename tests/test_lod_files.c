@@ -328,7 +328,8 @@ static const char scene[] = "version: 1\n"
                             "clouds:\n"
                             "  - bake: {extent: 2400 m, cell: 600 m, billow: 200 m, base: 900 m, thickness: 800 m,\n"
                             "      coverage: 0.6, voxel: 20 m, levels: 3, level_pixels: 1}\n"
-                            "render: {samples: 4, light_memory: 0.001 GB}\n";
+                            "atmosphere: {tolerance: 0.1}\n"
+                            "render: {samples: 4, light_memory: 0.001 GB, light_degree: 3, light_residual: 0.03}\n";
 
 static double render_mean(fixture *f) {
   neph_image *image;
