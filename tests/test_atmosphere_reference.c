@@ -143,7 +143,7 @@ static np_bands trace_first_order(const neph_atmosphere *a, double altitude_m, d
   np_path_build(&a->medium, &ray, &rule, &path);
   const np_fan fan = np_fan_make_single(&ray, (float)sun_cosine, (float)angle_cosine);
   np_scattered s;
-  np_sky_trace(&light, &fan, &ray, &path, false, &s);
+  np_sky_trace(&light, &fan, &path, &s);
   return s.smooth + np_aerosol_phase(&a->medium, 1.0f - (float)angle_cosine) * s.peak;
 }
 

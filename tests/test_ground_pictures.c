@@ -4,9 +4,9 @@
 
 #include <nephos/nephos.h>
 
+#include "optics/water.h"
 #include "test_support.h"
 #include "test_world.h"
-#include "world/water.h"
 
 static neph_image *render(neph_context *context, const char *text, const char *integrator) {
   neph_scene *scene = NULL;
@@ -176,6 +176,34 @@ static void march_is_near_the_path_over_a_sea(void **state) {
   neph_image_destroy(path);
 }
 
+/* Hazy sky over a rough sea, low opposite the sun and below it: haze scatters the glint on, away from the sun. Ground
+ * that reflects as much evenly makes the first 7 % brighter and the second 6 % darker (red). The path's noise is 1 %.
+ */
+static void haze_has_the_glint(void **state) {
+  test_fixture *f = *state;
+  static const char text[] =
+      "camera: {position: [0 m, 0 m, 3 m], look_at: [0 m, %s1 km, 100 m], fov: 60 deg, resolution: [12, 2]}\n"
+      "sun: {elevation: 28.5 deg, azimuth: 180 deg}\n"
+      "atmosphere: earth-hazy\n"
+      "water: {wind: 14.9 m/s}\n"
+      "render: {samples: 4096}\n"
+      "output: {pixel_type: float, color_space: bands}\n";
+  static const char *const sides[2] = {"", "-"};
+  for (int side = 0; side < 2; side++) {
+    double red[2];
+    char filled[1024];
+    (void)snprintf(filled, sizeof filled, text, sides[side]);
+    for (int k = 0; k < 2; k++) {
+      neph_image *image = render(f->context, filled, integrators[k]);
+      red[k] = compute_mean(image, "R");
+      neph_image_destroy(image);
+    }
+    print_message("%s the sun: march %.5f, path %.5f, %+.2f %%\n", side ? "below" : "opposite", red[0], red[1],
+                  100.0 * (red[0] / red[1] - 1.0));
+    assert_near_relative(red[0], red[1], 0.04);
+  }
+}
+
 /* The waves' glint on the underside of a deck, without air: march and path with water and without a planet. Water of
  * Lambert's kind would give a third of the light that waves give here, seven tenths of the picture. The path's noise in
  * the difference is 2 %; means over the solid angle of low ordinates make it 19 % more in the march, and means weighed
@@ -261,6 +289,7 @@ int main(void) {
       FILES(even_sky_over_water),
       FILES(glint_is_the_same_in_both_integrators),
       FILES(march_is_near_the_path_over_a_sea),
+      FILES(haze_has_the_glint),
       FILES(glint_lights_clouds_from_below),
       cmocka_unit_test(shadows_are_as_soft_as_the_sun_is_wide),
   };

@@ -67,6 +67,24 @@ static void haze_that_changes_gets_all_anew(void **state) {
   assert_built(*state, true, true, ": its tolerance changed");
 }
 
+/* Air over a sea knows its glint, which widens with the wind; a calm sea and back is the first picture again. */
+static void wind_that_rises_gets_all_anew(void **state) {
+  fixture *f = *state;
+  render_changed(f, "water.wind", "2 m/s");
+  neph_image *calm = render(f);
+  render_changed(f, "water.wind", "12 m/s");
+  assert_built(f, true, true, ": the water below it changed");
+  neph_image *rough = render(f);
+  render_changed(f, "water.wind", "2 m/s");
+  neph_image *again = render(f);
+  assert_memory_equal(neph_image_get_channel(calm, "G"), neph_image_get_channel(again, "G"), 32 * 18 * sizeof(float));
+  assert_memory_not_equal(neph_image_get_channel(calm, "G"), neph_image_get_channel(rough, "G"),
+                          32 * 9 * sizeof(float)); /* the sky */
+  neph_image_destroy(calm);
+  neph_image_destroy(rough);
+  neph_image_destroy(again);
+}
+
 /* A traced atmosphere reuses existing tables, and builds no more than it needs: the march then builds the rest. */
 static void traced_air_has_no_tables_of_light(void **state) {
   fixture *f = *state;
@@ -140,6 +158,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_sun_that_moves_a_degree_gets_another_sky, set_up, tear_down),
       cmocka_unit_test_setup_teardown(small_steps_do_not_add_up_unseen, set_up, tear_down),
       cmocka_unit_test_setup_teardown(haze_that_changes_gets_all_anew, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(wind_that_rises_gets_all_anew, set_up, tear_down),
       cmocka_unit_test_setup_teardown(traced_air_has_no_tables_of_light, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_change_of_the_suns_strength_keeps_all_and_counts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(keeping_errs_less_than_the_tolerance, set_up, tear_down),

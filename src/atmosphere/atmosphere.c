@@ -91,6 +91,11 @@ neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosph
   return NEPH_OK;
 }
 
+void np_atmosphere_set_water(neph_atmosphere *atmosphere, const np_water *water) {
+  atmosphere->is_over_water = true;
+  atmosphere->water = *water;
+}
+
 neph_atmosphere *neph_atmosphere_retain(neph_atmosphere *atmosphere) {
   if (atmosphere) atomic_fetch_add(&atmosphere->references, 1);
   return atmosphere;
@@ -112,6 +117,8 @@ void neph_atmosphere_release(neph_atmosphere *atmosphere) {
 neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere) { return atmosphere->context; }
 
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere) { return &atmosphere->desc; }
+
+bool np_atmosphere_is_over_water(const neph_atmosphere *atmosphere) { return atmosphere->is_over_water; }
 
 double np_atmosphere_compute_haze(const neph_atmosphere *atmosphere) {
   double depth = 0.0;

@@ -12,6 +12,7 @@
  * scattering. */
 #include "atmosphere/atmosphere_tables.h"
 
+#include "atmosphere/gather_ground.h"
 #include "atmosphere/mie_gather.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
@@ -21,13 +22,16 @@ typedef struct gather_job {
       light; /* light of the domes; its gather is NULL in the first pass, and then the table of the previous pass */
   const np_moment_table *moments; /* divisor of the stored source */
   const np_gather_kernel *kernel;
+  const np_water *water;                          /* ground of the domes; NULL: land */
+  np_water_skylight skylight[NP_GATHER_SUNS_MAX]; /* found in the pass before */
   np_gather_table *table;
 } gather_job;
 
 /* Traces the dome at one altitude under one sun. */
-static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np_scattered *out_dome,
+static void trace_dome(const gather_job *job, int altitude, int sun_index, np_scattered *out_dome,
                        np_bands *out_phase) {
   const np_gather_kernel *kernel = job->kernel;
+  const float sun_cosine = job->table->sun_cosine[sun_index];
   const np_vec3 sun = np_gather_direction(sun_cosine, 0.0);
   for (int row = 0; row < kernel->up + kernel->down; row++) {
     const np_ray *ray = &kernel->ray[altitude][row];
@@ -40,7 +44,9 @@ static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np
       out_phase[row * kernel->azimuth_count + turn] = np_aerosol_phase(kernel->medium, versine);
     }
     np_fan_pad(&fan);
-    np_sky_trace(&job->light, &fan, ray, &kernel->path[altitude][row], true, out_dome + row * kernel->azimuth_count);
+    np_scattered *out_row = out_dome + row * kernel->azimuth_count;
+    np_sky_trace(&job->light, &fan, &kernel->path[altitude][row], out_row);
+    np_gather_ground_add(kernel, &job->light, job->water, &job->skylight[sun_index], altitude, row, &fan, out_row);
   }
 }
 
@@ -82,7 +88,7 @@ static void gather_altitude(const gather_job *job, int sun, int altitude) {
   np_scattered dome[NP_GATHER_INPUTS_MAX];
   np_bands phase[NP_GATHER_INPUTS_MAX];
   const float sun_cosine = job->table->sun_cosine[sun];
-  trace_dome(job, altitude, sun_cosine, dome, phase);
+  trace_dome(job, altitude, sun, dome, phase);
   /* Without light the moments are 0: the floor bounds the quotient, which would be noise. */
   const np_bands total = np_bands_max(np_moment_table_total(job->moments, kernel->altitude_m[altitude], sun_cosine),
                                       np_bands_grey(1e-12f));
@@ -103,6 +109,18 @@ static neph_result gather_pieces(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
+static neph_result split_skylight(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  gather_job *job = user;
+  np_scattered dome[NP_GATHER_INPUTS_MAX];
+  np_bands phase[NP_GATHER_INPUTS_MAX];
+  for (size_t sun = begin; sun < end; sun++) {
+    trace_dome(job, 0, (int)sun, dome, phase);
+    job->skylight[sun] = np_gather_ground_split(job->kernel, job->water, dome, phase);
+  }
+  return NEPH_OK;
+}
+
 /* Chooses the suns: at most `step` apart, the nominal one among them if their number allows, and none beyond the end of
  * twilight, where there is no light. */
 static void place_suns(np_gather_table *table, double zenith, double spread, double step) {
@@ -115,8 +133,8 @@ static void place_suns(np_gather_table *table, double zenith, double spread, dou
 
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk, np_monitor *monitor,
-                                  np_gather_table *out_table) {
+                                  const np_water *water, double sun_zenith_rad, double spread_rad, np_sun_disk disk,
+                                  np_monitor *monitor, np_gather_table *out_table) {
   const np_medium *medium = depths->medium;
   np_gather_table *first = np_alloc(context, 1, sizeof *first);
   if (!first) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -125,13 +143,17 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   const double step = 2.0 * NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   place_suns(out_table, sun_zenith_rad, spread_rad, step);
   place_suns(first, sun_zenith_rad, spread_rad, step);
-  gather_job job = {
-      {np_fan_get_kernels(context->isa), medium, depths, dome_moments, NULL, disk}, moments, kernel, first};
+  gather_job job = {.light = {np_fan_get_kernels(context->isa), medium, depths, dome_moments, NULL, disk},
+                    .moments = moments,
+                    .kernel = kernel,
+                    .water = water,
+                    .table = first};
   const size_t pieces = (size_t)out_table->sun_count * (size_t)kernel->altitude_count;
   neph_result result = NEPH_OK;
   for (int pass = 1; !result && pass <= kernel->passes; pass++) {
     job.table = (kernel->passes - pass) % 2 ? first : out_table;
-    result = np_parallel_for(context, monitor, pieces, 1, gather_pieces, &job);
+    if (water) result = np_parallel_for(context, monitor, (size_t)out_table->sun_count, 1, split_skylight, &job);
+    if (!result) result = np_parallel_for(context, monitor, pieces, 1, gather_pieces, &job);
     job.light.gather = job.table;
   }
   np_alloc_free(context, first);

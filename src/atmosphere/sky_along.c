@@ -95,7 +95,7 @@ np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_
   const np_sky_light light = np_sky_light_make(sky);
   const np_fan fan = make_fan(sky, &a, direction);
   np_scattered s;
-  np_sky_trace(&light, &fan, &a.ray, &path, false, &s);
+  np_sky_trace(&light, &fan, &path, &s);
   air.inscatter = sum_scattered(sky, direction, s.smooth, s.peak);
   return air;
 }

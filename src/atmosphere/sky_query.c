@@ -127,7 +127,7 @@ static np_bands march_ray(const np_sky_subject *w, const np_sky_query *q, np_dve
   const double sun = ((medium->planet_radius_m + fmax(q->altitude_m, 0.0)) * to_sun.z + ray.offset_m * angle) / ray.r;
   const np_fan fan = np_fan_make_single(&ray, (float)np_clamp(sun, -1.0, 1.0), (float)angle);
   np_scattered s;
-  np_sky_trace(&light, &fan, &ray, &path, false, &s);
+  np_sky_trace(&light, &fan, &path, &s);
   return s.smooth + np_aerosol_phase(medium, (float)(1.0 - angle)) * s.peak;
 }
 

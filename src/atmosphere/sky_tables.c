@@ -109,7 +109,7 @@ static void build_view_row(const table_job *job, int row) {
   np_scattered light[NP_FAN_MAX];
   np_path_build(medium, &ray, &job->rule, &path);
   make_fan(sky, &ray, (float)cosine, n->node_azimuths, &fan);
-  np_sky_trace(&job->light, &fan, &ray, &path, false, light);
+  np_sky_trace(&job->light, &fan, &path, light);
   const float scale = 1.0f / np_sky_view_length(sky, cosine, row >= n->up);
   for (int i = 0; i < fan.count; i++) light[i] = log_scattered(light[i], scale);
   refine_azimuths(&job->splines, light, sky->view + row * n->azimuths, 1);
@@ -241,10 +241,10 @@ neph_result np_sky_gather_build(neph_sky *sky) {
   const np_moment_table *dome = a->order_max == NP_ORDERS_ALL ? &a->moments
                                 : a->order_max > 2            ? &a->dome_moments
                                                               : NULL;
-  return np_gather_table_build(a->context, &a->depths, &a->moments, dome, &a->kernel,
-                               acos((double)sky->frame.sun_cosine), gather_spread(&a->medium, &sky->frame),
-                               np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun), sky->monitor,
-                               &sky->gather);
+  return np_gather_table_build(
+      a->context, &a->depths, &a->moments, dome, &a->kernel, a->is_over_water ? &a->water : NULL,
+      acos((double)sky->frame.sun_cosine), gather_spread(&a->medium, &sky->frame),
+      np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun), sky->monitor, &sky->gather);
 }
 
 neph_result np_sky_view_build(neph_sky *sky) {

@@ -1,22 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/sky_trace.h"
 
-/* Radiance reflected along a ray by the ground at its end. */
-static np_bands compute_ground_light(const np_sky_light *light, const np_depth_row *ground, float sun_cosine) {
-  np_bands irradiance = np_maxf(sun_cosine, 0.0f) * np_depth_row_sun(ground, sun_cosine, light->disk);
-  if (light->moments) irradiance += np_moment_table_irradiance(light->moments, sun_cosine);
-  return (float)(1.0 / NP_PI) * light->medium->ground_albedo * irradiance;
-}
-
-static void add_ground(const np_sky_light *light, const np_fan *fan, const np_ray *ray, np_bands transmittance,
-                       np_scattered *sums) {
-  const np_depth_row ground = np_depth_table_row(light->depths, 0.0);
-  np_fan_point point;
-  light->kernels->compute_sun_cosines(fan, (float)ray->length_m, (float)light->medium->planet_radius_m, &point);
-  for (int i = 0; i < fan->count; i++)
-    sums[i].smooth += transmittance * compute_ground_light(light, &ground, point.sun_cosine[i]);
-}
-
 static void add_first_order(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
                             const np_fan_point *point, np_scattered *sums, np_bands *molecules) {
   const np_depth_row row = np_depth_table_row(light->depths, (double)at->altitude_m);
@@ -75,14 +59,12 @@ void np_sky_add_orders(const np_sky_light *light, const np_fan *fan, const np_pa
   }
 }
 
-void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ray, const np_path *path, bool has_ground,
-                  np_scattered *out) {
+void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_path *path, np_scattered *out) {
   memset(out, 0, (size_t)fan->count * sizeof *out);
   for (int i = 0; i < path->count; i++) {
     const np_path_node *node = &path->node[i];
     np_sky_add_scattered(light, fan, node, node->weight_m * node->transmittance, out, NULL);
   }
-  if (has_ground && ray->hits_ground) add_ground(light, fan, ray, path->end_transmittance, out);
   /* The aerosol's source cut after degree 2 may be negative where the sky is darkest. */
   for (int i = 0; i < fan->count; i++) out[i].smooth = np_bands_max(out[i].smooth, np_bands_grey(0.0f));
 }

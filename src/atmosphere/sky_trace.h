@@ -35,9 +35,7 @@ void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np
 void np_sky_add_orders(const np_sky_light *light, const np_fan *fan, const np_path *path, np_scattered *first,
                        np_scattered *later);
 
-/* Integrates along the rays of a fan with the path of `ray`. `has_ground` includes sunlight and skylight reflected by
- * the ground at the end. */
-void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ray, const np_path *path, bool has_ground,
-                  np_scattered *out);
+/* Integrates along the rays of a fan with one path. */
+void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_path *path, np_scattered *out);
 
 #endif

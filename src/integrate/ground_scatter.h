@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ground as a vertex of paths: land by Lambert's law or rough (world/ground_brdf.h), or water (world/water.h), whose
+/* Ground as a vertex of paths: land by Lambert's law or rough (world/ground_brdf.h), or water (optics/water.h), whose
  * waves' reflection and diffuse light are drawn in proportion to what they send back. */
 #ifndef NP_INTEGRATE_GROUND_SCATTER_H
 #define NP_INTEGRATE_GROUND_SCATTER_H

@@ -12,7 +12,7 @@
 #include "transport/scattering_field.h"
 
 const np_bias_term_table np_bias_terms = {
-    .air = 0.015, .clear_air = 0.005, .steps = 0.15, .emission = 0.15, .water = 0.09, .air_over_water = 0.03};
+    .air = 0.015, .clear_air = 0.005, .steps = 0.15, .emission = 0.15, .water = 0.09, .air_over_water = 0.02};
 
 /* The expected error of a solution's cells is a mean: the error of pixels is so many times as large under a high sun,
  * and grows as it sinks, as its light goes through more cells: by the hypotenuse of 1 and this over its sine. A sun

@@ -12,7 +12,7 @@ typedef struct np_bias_term_table {
   double steps;          /* share of a march's tolerance */
   double emission;       /* light of a fire on smoke and ground */
   double water;          /* light that water sends up to clouds: its glint comes to them over few directions */
-  double air_over_water; /* air's own light above water, whose glint its tables spread evenly */
+  double air_over_water; /* air's own light above water, whose glint lights the molecules evenly */
 } np_bias_term_table;
 
 extern const np_bias_term_table np_bias_terms;

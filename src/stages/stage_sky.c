@@ -83,6 +83,11 @@ neph_result np_stage_build_packet_lights(const np_stage_task *task) {
 
 /* ---- Air ---- */
 
+/* Whether the planet below the air is a sea. */
+static bool has_sea(const neph_scene *scene) {
+  return !scene->has_ground_albedo && np_scene_has_water(scene) && scene->water.level_m >= 0.0;
+}
+
 /* Albedo of the planet, in the scene's reference bands: the water's where there is a sea, else the terrain's mean. */
 void np_stage_get_ground_albedo(const np_stage_part *in, const neph_terrain *terrain, const np_picture_lights *lights,
                                 double out[NP_BAND_COUNT]) {
@@ -91,7 +96,7 @@ void np_stage_get_ground_albedo(const np_stage_part *in, const neph_terrain *ter
   const bool is_given = scene->has_ground_albedo;
   if (!is_given && terrain) given = np_terrain_get_mean_albedo(terrain);
   memcpy(out, given, NP_BAND_COUNT * sizeof *out);
-  if (is_given || !np_scene_has_water(scene) || scene->water.level_m < 0.0) return;
+  if (!has_sea(scene)) return;
   const double *albedo = scene->water.albedo;
   const np_water water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
                                        np_spectrum_make((float)albedo[0], (float)albedo[1], (float)albedo[2]));
@@ -106,6 +111,8 @@ static const double medium_share = 0.1;
 
 typedef struct air_key {
   neph_atmosphere_desc desc;
+  bool has_sea;
+  np_water water;                 /* the sea, in the packet's bands */
   neph_atmosphere_layer layers[]; /* the layers of `desc` */
 } air_key;
 
@@ -120,6 +127,10 @@ static neph_result make_air_key(const np_stage_part *in, const np_band_set *band
   np_stage_get_ground_albedo(in, terrain, lights, albedo);
   np_band_set_convert(bands, NP_BAND_LINEAR, albedo, key->desc.ground_albedo);
   for (unsigned i = 0; i < air->layer_count; i++) key->layers[i] = np_band_set_convert_layer(bands, &air->layers[i]);
+  const np_scene_water *water = &in->scene->water;
+  key->has_sea = has_sea(in->scene);
+  if (key->has_sea)
+    key->water = np_water_make(water->level_m, water->wind_m_s, np_bands_convert(bands, NP_BAND_LINEAR, water->albedo));
   return NEPH_OK;
 }
 
@@ -132,9 +143,16 @@ static unsigned get_order_max(const np_atmosphere_inputs *in) {
   return np_plan_has_air_light(in->plan) ? NP_ORDERS_ALL : 1;
 }
 
+static bool has_equal_sea(const air_key *key, const neph_atmosphere *cached) {
+  if (key->has_sea != cached->is_over_water) return false;
+  return !key->has_sea || (key->water.roughness == cached->water.roughness &&
+                           !memcmp(&key->water.albedo, &cached->water.albedo, sizeof key->water.albedo));
+}
+
 /* Writes why an atmosphere does not match the request. */
 static neph_result compare_air(const np_atmosphere_inputs *in, const neph_atmosphere *cached, char *out_reason) {
-  const neph_atmosphere_desc *desc = &((const air_key *)in->key)->desc;
+  const air_key *key = in->key;
+  const neph_atmosphere_desc *desc = &key->desc;
   np_medium wanted;
   neph_result result = np_medium_init(in->context, desc, &wanted);
   if (result) return result;
@@ -145,6 +163,8 @@ static neph_result compare_air(const np_atmosphere_inputs *in, const neph_atmosp
     np_print(out_reason, NP_REASON_SIZE, "its tolerance changed");
   else if (cached->order_max < get_order_max(in))
     np_print(out_reason, NP_REASON_SIZE, "what is asked of it changed");
+  else if (!has_equal_sea(key, cached))
+    np_print(out_reason, NP_REASON_SIZE, "the water below it changed");
   else if (!isfinite(change))
     np_print(out_reason, NP_REASON_SIZE, "%s changed", what);
   else if (change > (np_stage_is_exact(&in->part) ? 0.0 : medium_share * desc->tolerance))
@@ -169,13 +189,19 @@ static neph_result adapt_air(const np_atmosphere_inputs *in, void *cached, const
   return result || out_reason[0] ? result : compare_air(in, cached, out_reason);
 }
 
+/* The atmosphere of a key, over its sea. */
+static neph_result create_air(const np_stage_part *in, const air_key *key, unsigned order_max, neph_atmosphere **out) {
+  neph_result result = np_atmosphere_create_orders(in->context, &key->desc, order_max, false, in->monitor, out);
+  if (!result && key->has_sea) np_atmosphere_set_water(*out, &key->water);
+  return result;
+}
+
 static neph_result make_atmosphere(const np_atmosphere_inputs *in, neph_atmosphere **out) {
   neph_atmosphere *given;
   np_monitor_set_stage(in->monitor, "building the atmosphere");
   neph_result result = get_given_air(in, &given);
   if (result || given) return *out = neph_atmosphere_retain(given), result;
-  return np_atmosphere_create_orders(in->context, &((const air_key *)in->key)->desc, get_order_max(in), false,
-                                     in->monitor, out);
+  return create_air(&in->part, in->key, get_order_max(in), out);
 }
 
 static void destroy_air(void *atmosphere) { neph_atmosphere_release(atmosphere); }
@@ -283,9 +309,7 @@ neph_result np_stage_create_sky(const np_color_fit_inputs *in, neph_sky **out_sk
   *out_sky = NULL;
   neph_result result = make_sky_key(&in->part, in->lights, in->beam, in->camera->origin, in->atmosphere, &sky);
   if (!result && sky) result = make_air_key(&in->part, in->bands, in->terrain, in->lights, &air);
-  if (!result && sky)
-    result = np_atmosphere_create_orders(in->context, &((const air_key *)air)->desc, NP_ORDERS_ALL, false, in->monitor,
-                                         &atmosphere);
+  if (!result && sky) result = create_air(&in->part, air, NP_ORDERS_ALL, &atmosphere);
   if (!result && sky) result = np_sky_create_monitored(atmosphere, &((const sky_key *)sky)->desc, in->monitor, out_sky);
   neph_atmosphere_release(atmosphere);
   np_alloc_free(in->context, air);

@@ -10,10 +10,10 @@
 #include "atmosphere/disk.h"
 #include "core/math.h"
 #include "core/spectrum.h"
+#include "optics/water.h"
 #include "terrain/terrain_private.h"
 #include "volume/instance.h"
 #include "world/emission.h"
-#include "world/water.h"
 
 /* Lights of the sky beside the view's own: the moon's disk, airglow, a map of the stars. */
 typedef struct np_night {

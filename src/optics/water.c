@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "world/water.h"
+#include "optics/water.h"
 
 #include "core/units.h"
 
@@ -201,6 +201,13 @@ np_spectrum np_water_reflect_even(const np_water *water, float cosine) {
   return np_spectrum_add_scaled(np_spectrum_grey(reflected), 1.0f - reflected, water->albedo);
 }
 
+/* Light that comes out of the water, per unit of albedo: a BRDF times the cosine of the light. */
+static float compute_diffuse(const np_water *water, float to_viewer, float to_light) {
+  const float entered = 1.0f - np_water_reflectance(water, to_light),
+              left = 1.0f - np_water_reflectance(water, to_viewer);
+  return entered * left * to_light / (NP_PI_F * water->mean_transmittance);
+}
+
 np_water_value np_water_eval(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, np_vec3 to_light) {
   np_water_value out = {.density = 0.0f};
   const float cosine = np_vec3_dot(zenith, to_light);
@@ -212,10 +219,21 @@ np_water_value np_water_eval(const np_water *water, np_vec3 zenith, np_vec3 to_v
   const float common = compute_distribution(water->roughness, facet.z) / (4.0f * viewer.z);
   out.reflected = np_water_fresnel(np_vec3_dot(viewer, facet)) * common / (1.0f + seen + lit);
   out.density = common / (1.0f + seen);
-  const float entered = 1.0f - np_water_reflectance(water, cosine), left = 1.0f - np_water_reflectance(water, viewer.z);
-  const float diffuse = entered * left * cosine / (NP_PI_F * water->mean_transmittance);
-  out.scattered = np_spectrum_add_scaled(np_spectrum_grey(out.reflected), diffuse, water->albedo);
+  out.scattered =
+      np_spectrum_add_scaled(np_spectrum_grey(out.reflected), compute_diffuse(water, viewer.z, cosine), water->albedo);
   return out;
+}
+
+np_spectrum np_water_reflect_beam(const np_water *water, float to_viewer, float to_light, float between) {
+  if (!(to_light > 0.0f)) return np_spectrum_grey(0.0f);
+  const float viewer = np_maxf(to_viewer, cosine_least), light = np_maxf(to_light, cosine_least);
+  /* The facet's normal is the sum of both directions over its length. */
+  const float length = sqrtf(np_maxf(2.0f + 2.0f * between, 1e-6f));
+  const float normal = np_clampf((viewer + light) / length, cosine_least, 1.0f);
+  const float shadow = 1.0f + compute_lambda(water->roughness, viewer) + compute_lambda(water->roughness, light);
+  const float reflected =
+      np_water_fresnel(0.5f * length) * compute_distribution(water->roughness, normal) / (4.0f * viewer * shadow);
+  return np_spectrum_add_scaled(np_spectrum_grey(reflected), compute_diffuse(water, viewer, to_light), water->albedo);
 }
 
 np_vec3 np_water_sample(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, float u, float v, float *out_weight) {

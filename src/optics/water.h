@@ -13,8 +13,8 @@
  *     f = F·D·G/(4·cosθi·cosθo) + albedo·T(θi)·T(θo)/(π·T̄),   T = 1 − R
  *
  * with R(θ) the share that the waves reflect and T̄ the mean of T under a uniform sky: energy is conserved. */
-#ifndef NP_WORLD_WATER_H
-#define NP_WORLD_WATER_H
+#ifndef NP_OPTICS_WATER_H
+#define NP_OPTICS_WATER_H
 
 #include "core/math.h"
 #include "core/spectrum.h"
@@ -61,6 +61,9 @@ typedef struct np_water_value {
 } np_water_value;
 
 np_water_value np_water_eval(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, np_vec3 to_light);
+
+/* `scattered` by the cosines of the viewer's and the light's direction to the zenith, and of the angle between them. */
+np_spectrum np_water_reflect_beam(const np_water *water, float to_viewer, float to_light, float between);
 
 /* Samples the direction of light that the waves reflect to the viewer, by visible facets (Heitz and d'Eon 2014, Jakob
  * 2014); `*out_weight` is BRDF times cosine over density, 0 where the direction leads below the surface. */
