@@ -317,7 +317,8 @@ static void undersides_of_deep_clouds_state_their_cells_twice(void **state) {
   assert_true(below > 0.105 && above < 0.105 && thin < 0.06);
 }
 
-/* A clear sky above a sea is less certain than above land: the sea's glint lights the air from few directions. */
+/* A clear sky above a sea is less certain than above land: the sea's glint lights the air from few directions, and the
+ * tables have it in haze alone. Such skies err by 1.8 to 3 % as a whole (docs/error.md). */
 static void air_over_a_sea_states_its_glint(void **state) {
   (void)state;
   static const char *const waters[] = {"none", "{wind: 8 m/s}"};
@@ -332,7 +333,7 @@ static void air_over_a_sea_states_its_glint(void **state) {
         render_error(&(wish){text, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}).bias.value;
   }
   assert_true(bias[0] < 0.01);
-  assert_in_range((int)(1000.0 * bias[1]), 25, 40);
+  assert_in_range((int)(1000.0 * bias[1]), 15, 30);
 }
 
 static void threads_do_not_change_the_estimate(void **state) {

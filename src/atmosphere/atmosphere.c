@@ -118,8 +118,6 @@ neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere) { ret
 
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere) { return &atmosphere->desc; }
 
-bool np_atmosphere_is_over_water(const neph_atmosphere *atmosphere) { return atmosphere->is_over_water; }
-
 double np_atmosphere_compute_haze(const neph_atmosphere *atmosphere) {
   double depth = 0.0;
   for (int i = 0; i < atmosphere->medium.aerosol_count; i++)

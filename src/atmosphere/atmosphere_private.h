@@ -18,8 +18,6 @@ const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosp
 /* Vertical optical depth of scattering by all aerosols in the second band. */
 double np_atmosphere_compute_haze(const neph_atmosphere *atmosphere);
 
-bool np_atmosphere_is_over_water(const neph_atmosphere *atmosphere);
-
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere);
 
 /* Transmittance from a point to space, by the table; 0 if the planet blocks the ray. Points below sea level count as at

@@ -127,17 +127,6 @@ static double compute_under_deep(const cloud_light *light, double cover) {
   return is_deep ? pow(cover, cover_exponent) * np_bias_of_cells(light->cell_error, light->albedo, light->sine) : 0.0;
 }
 
-/* Bias of the air's own light over a sea, whose glint its tables have in the light of haze, but not in the molecules'.
- */
-static double compute_sea_air(const np_assembly *assembly) {
-  double bias = 0.0;
-  for (unsigned p = 0; p < assembly->packet_count; p++) {
-    const neph_atmosphere *air = assembly->packets[p].atmosphere;
-    if (air && np_atmosphere_is_over_water(air)) bias = np_bias_terms.air_over_water;
-  }
-  return bias;
-}
-
 /* Share of the light that a limit on scatterings has taken. */
 static double compute_lost(const np_frame *f) {
   double lost = 0.0, kept = 0.0;
@@ -155,10 +144,10 @@ static np_bias_model make_of_path(const np_frame *f, const np_plan *plan) {
   return (np_bias_model){hypot(hypot(air, voxels), compute_lost(f)), 2.0, 0.0};
 }
 
-/* Bias of the stages that a finished picture says no more of than its plan. */
+/* Bias of the stages that a finished picture says no more of than its plan, but for the air's tables, which traced
+ * pixels have too. */
 static double sum_forecasts(const np_plan *plan) {
-  static const unsigned char stages[] = {NP_STAGE_ATMOSPHERE, NP_STAGE_VOLUMES, NP_STAGE_EMISSION,
-                                         NP_STAGE_SUN_OPTICAL_DEPTH};
+  static const unsigned char stages[] = {NP_STAGE_VOLUMES, NP_STAGE_EMISSION, NP_STAGE_SUN_OPTICAL_DEPTH};
   double sum = 0.0;
   for (size_t i = 0; i < sizeof stages; i++) sum = hypot(sum, plan->forecast.stages[stages[i]].error);
   return sum;
@@ -186,8 +175,9 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   const bool is_fire_in_air = light.has_emission && np_plan_has_air_light(plan);
   const double outshone = is_fire_in_air ? compute_outshone(f) : 0.0, cover = compute_cover(f);
   const double of_night = hypot(compute_dusk(&light, plan), compute_repeated_fire(&light));
-  const double of_ground = hypot(compute_under_deep(&light, cover), compute_sea_air(f->assembly));
+  const double of_tables = plan->forecast.stages[NP_STAGE_ATMOSPHERE].error;
   return (np_bias_model){.bias = combine(plan, &light, (double)f->settings.tolerance, cover),
                          .factor = light.has_emission ? 3.0 : 2.0,
-                         .shared = hypot(hypot(outshone, of_night), of_ground)};
+                         .shared =
+                             hypot(hypot(outshone, of_night), hypot(compute_under_deep(&light, cover), of_tables))};
 }

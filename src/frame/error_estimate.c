@@ -173,7 +173,8 @@ static neph_bounded estimate_bias(const np_frame *f, const np_bias_model *model,
                                   bool *out_is_measured) {
   neph_context *context = f->assembly->context;
   *out_is_measured = false;
-  if (!(model->bias > 0.0)) return (neph_bounded){0.0, 0.0, 0.0};
+  const neph_bounded shared = {model->shared, 0.5 * model->shared, 2.0 * model->shared};
+  if (!(model->bias > 0.0)) return shared;
   np_bias_measure measured = {{0.0, 0.0}, {0.0, 0.0}};
   if (probes->traced_count >= PROBES_MIN)
     measured = (np_bias_measure){average(probes, probes->traced_count, get_bias),
@@ -183,7 +184,6 @@ static neph_bounded estimate_bias(const np_frame *f, const np_bias_model *model,
   np_log(context, NEPH_LOG_DEBUG, "bias by the tracer: mean %.2g ± %.2g, square %.2g ± %.2g, of %u pixels; model %.2g",
          measured.shift.value, measured.shift.deviation, measured.square.value, measured.square.deviation,
          probes->traced_count, model->bias);
-  const neph_bounded shared = {model->shared, 0.5 * model->shared, 2.0 * model->shared};
   const neph_bounded own = np_bias_combine(model, &measured);
   return add_squares(&own, &shared);
 }
