@@ -318,7 +318,7 @@ static void undersides_of_deep_clouds_state_their_cells_twice(void **state) {
 }
 
 /* A clear sky above a sea is less certain than above land: the sea's glint lights the air from few directions, and the
- * tables have it in haze alone. Such skies err by 1.8 to 3 % as a whole (docs/error.md). */
+ * tables have it in haze alone. */
 static void air_over_a_sea_states_its_glint(void **state) {
   (void)state;
   static const char *const waters[] = {"none", "{wind: 8 m/s}"};

@@ -8,7 +8,7 @@ typedef struct ground_light {
   const np_sky_light *light;
   const np_water *water;
   const np_water_skylight *skylight;
-  np_depth_row sunlight; /* sunlight at sea level */
+  np_depth_row sunlight; /* depths of the sun's beam on the ground */
 } ground_light;
 
 static np_bands compute_beam(const ground_light *g, float sun_cosine) {
@@ -41,31 +41,33 @@ static np_bands compute_glint(const ground_light *g, double r, float cosine, flo
   return beam * np_bands_from_spectrum(np_water_reflect_beam(g->water, (float)to_viewer, to_sun, -angle_cosine));
 }
 
-/* Range of a row of the dome in u, with cosine = horizon − (1 + horizon)·u². */
-static void find_row_range(const np_gather_kernel *kernel, int row, double *out_begin, double *out_width) {
+/* Part of the hemisphere that a row of the dome stands for: directions of cosine horizon − (1 + horizon)·u². */
+typedef struct row_part {
+  double r, horizon;   /* radius of the rays' origin, and the horizon's cosine there */
+  double begin, width; /* range of u */
+} row_part;
+
+static row_part find_row_part(const np_gather_kernel *kernel, int altitude, int row) {
   const np_quadrature rule = np_quadrature_gauss(kernel->down);
-  const int k = row - kernel->up;
-  *out_begin = 0.0;
-  for (int i = 0; i < k; i++) *out_begin += rule.weight[i];
-  *out_width = rule.weight[k];
+  row_part out = {.r = kernel->ray[altitude][row].r,
+                  .horizon = np_horizon_cosine(kernel->medium, kernel->altitude_m[altitude]),
+                  .width = rule.weight[row - kernel->up]};
+  for (int i = kernel->up; i < row; i++) out.begin += rule.weight[i - kernel->up];
+  return out;
 }
 
-/* Mean of the glint over the part of the hemisphere of one ray, per solid angle. */
-static np_bands average_glint(const ground_light *g, const np_gather_kernel *kernel, int altitude, int row, int turn,
-                              float sun_cosine) {
-  const double r = kernel->ray[altitude][row].r,
-               horizon = np_horizon_cosine(g->light->medium, kernel->altitude_m[altitude]);
+/* Mean of the glint over azimuths of a part, per solid angle: the `turn`-th of `turns` on the half circle. */
+static np_bands average_glint(const ground_light *g, const row_part *part, int turn, int turns, float sun_cosine) {
   const np_vec3 sun = np_gather_direction(sun_cosine, 0.0);
-  double begin, width, weights = 0.0;
+  double weights = 0.0;
   np_bands sum = np_bands_grey(0.0f);
-  find_row_range(kernel, row, &begin, &width);
   for (int i = 0; i < SPLIT_ROWS; i++) {
-    const double u = begin + width * (i + 0.5) / SPLIT_ROWS;
-    const float cosine = (float)(horizon - (1.0 + horizon) * u * u);
+    const double u = part->begin + part->width * (i + 0.5) / SPLIT_ROWS;
+    const float cosine = (float)(part->horizon - (1.0 + part->horizon) * u * u);
     for (int j = 0; j < SPLIT_AZIMUTHS; j++) {
-      const double azimuth = NP_PI * (turn + (j + 0.5) / SPLIT_AZIMUTHS) / kernel->azimuth_count;
+      const double azimuth = NP_PI * (turn + (j + 0.5) / SPLIT_AZIMUTHS) / turns;
       const float angle_cosine = np_vec3_dot(np_gather_direction(cosine, azimuth), sun);
-      sum += (float)u * compute_glint(g, r, cosine, sun_cosine, angle_cosine);
+      sum += (float)u * compute_glint(g, part->r, cosine, sun_cosine, angle_cosine);
       weights += u;
     }
   }
@@ -75,11 +77,12 @@ static np_bands average_glint(const ground_light *g, const np_gather_kernel *ker
 static void add_water(const ground_light *g, const np_gather_kernel *kernel, int altitude, int row, const np_fan *fan,
                       const np_fan_point *point, np_bands transmittance, np_scattered *sums) {
   const np_ray *ray = &kernel->ray[altitude][row];
+  const row_part part = find_row_part(kernel, altitude, row);
   const float to_viewer = (float)-np_ray_cosine(ray, ray->length_m);
   const np_bands even = (1.0f - g->skylight->beam) * g->skylight->gain * (float)(1.0 / NP_PI) *
                         np_bands_from_spectrum(np_water_reflect_even(g->water, to_viewer));
   for (int i = 0; i < fan->count; i++)
-    sums[i].smooth += transmittance * (average_glint(g, kernel, altitude, row, i, fan->sun_cosine[i]) +
+    sums[i].smooth += transmittance * (average_glint(g, &part, i, kernel->azimuth_count, fan->sun_cosine[i]) +
                                        even * compute_skylight(g, point->sun_cosine[i]));
 }
 
