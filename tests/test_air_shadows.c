@@ -92,6 +92,14 @@ typedef struct block {
 
 static const double block_m = 6000.0, half_width_m = 1250.0, voxel_m = 100.0, camera_m = 500.0;
 
+/* An Earth without aerosols, whose light goes on straight nowhere. */
+static neph_atmosphere *create_molecules(neph_context *context) {
+  test_air clean;
+  test_air_start(&clean);
+  test_air_scale(&clean, TEST_AEROSOL, 0.0);
+  return test_atmosphere_create(context, &clean.desc);
+}
+
 static void place_block(block *b, neph_atmosphere *air) {
   test_cloud cloud = test_cloud_make(test_full, 1.0f, np_phase_isotropic());
   cloud.step_m = np_dvec3_make(voxel_m, voxel_m, voxel_m);
@@ -183,10 +191,10 @@ static void beside_the_shadow_nothing_is_lost(void **state) {
 }
 
 /* Clouds that add a fifth of the sun's irradiance to the actinic flux from above, and three fifths of a tenth to that
- * from below, everywhere: beside the block the air has the sun's light of the first order and this. 1 %: the sun's
+ * from below, everywhere: beside the block molecules have the sun's light of the first order and this. 1 %: the sun's
  * transmittance is taken in the middle of each cell. */
 static void clouds_light_the_air_around_them(void **state) {
-  neph_atmosphere *air = *state;
+  neph_atmosphere *earth = *state, *air = create_molecules(earth->context);
   block b;
   place_block(&b, air);
   const np_spectrum sun = b.sky->irradiance;
@@ -212,6 +220,7 @@ static void clouds_light_the_air_around_them(void **state) {
     assert_near_relative(found, expected, 0.01);
   }
   clear_block(&b);
+  neph_atmosphere_release(air);
 }
 
 /* A block in air that clouds light alike at each height, and the directions of three rays beside it. */
@@ -258,11 +267,13 @@ static void a_beam_is_scattered_as_sunlight(void **state) {
   clear_block(&l.block);
 }
 
-/* Air to which clouds leave none of the sky's and the ground's light has the sun's light of the first order alone, in
- * whatever direction the rest of it was scattered. 1e-3: the clear light is not even, and is taken as a share. */
+/* Molecules to which clouds leave none of the sky's and the ground's light have the sun's light of the first order
+ * alone, in whatever direction the rest of it was scattered. 1e-3: the clear light is not even, and is taken as a
+ * share. */
 static void air_without_sky_and_ground_has_no_higher_order(void **state) {
+  neph_atmosphere *earth = *state, *air = create_molecules(earth->context);
   lit_block l;
-  place_lit_block(&l, *state);
+  place_lit_block(&l, air);
   for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) {
     l.lit.clear[k] = (np_clear_flux){np_spectrum_grey(0.4f), np_spectrum_grey(0.2f)};
     set_level(&l, k, (np_lit_air_value){.upper = np_spectrum_grey(-0.4f), .lower = np_spectrum_grey(-0.2f)});
@@ -277,16 +288,45 @@ static void air_without_sky_and_ground_has_no_higher_order(void **state) {
                            (double)(first.band[band] - all.band[band]), 1e-3);
   }
   clear_block(&l.block);
+  neph_atmosphere_release(air);
+}
+
+/* Optical depth of a kilometre of the air, of what haze scatters straight on. */
+static double get_forward_rate(const neph_atmosphere *air, double height_m, int band) {
+  np_scattering there;
+  np_scattering_at(&air->medium, height_m, &there);
+  return (double)np_bands_to_spectrum(np_aerosol_sum(&air->medium, &there, 2)).band[band] * 1000.0;
+}
+
+/* Haze hands on the shade of the block: the first order's light that a cell loses at a distance t is lost as often
+ * again as haze scatters it straight on, e^(Φ + s) − 1, along t and, at the zenith, from a scale height of 1.2 km. 5 %:
+ * the block's faces are soft, and cells have 0.2 of its width. */
+static void haze_hands_on_the_shade(void **state) {
+  neph_atmosphere *air = *state;
+  lit_block l;
+  place_lit_block(&l, air);
+  const block *b = &l.block;
+  cast(&l.block, 40);
+  const double near = block_m - half_width_m, far = block_m + half_width_m, scale_km = 1.2;
+  const np_vec3 d = np_vec3_make(1.0f, 0.0f, 0.0f);
+  for (int band = 0; band < 3; band++) {
+    const double rate = get_forward_rate(air, camera_m, band), to_sun = rate * scale_km;
+    double expected = 0.0;
+    for (int k = 0; k < 100; k++) {
+      const double begin = near + (far - near) * k / 100, end = near + (far - near) * (k + 1) / 100;
+      const double lost = compute_first(b, d, end, band) - compute_first(b, d, begin, band);
+      expected -= lost * expm1(rate * 0.5 * (begin + end) / 1000.0 + to_sun);
+    }
+    assert_true(expected < -1e-3 * compute_first(b, d, far, band));
+    assert_near_relative((double)get_change(b, d, 20e3).added.band[band], expected, 0.05);
+  }
+  clear_block(&l.block);
 }
 
 /* Molecules alone scatter as much of the even light of either hemisphere as they scatter once, over 4π times their
  * phase function. */
 static void even_light_is_scattered_without_a_phase_function(void **state) {
-  neph_atmosphere *earth = *state;
-  test_air clean;
-  test_air_start(&clean);
-  test_air_scale(&clean, TEST_AEROSOL, 0.0);
-  neph_atmosphere *air = test_atmosphere_create(earth->context, &clean.desc);
+  neph_atmosphere *earth = *state, *air = create_molecules(earth->context);
   neph_sky *sky = test_sky_create(air, camera_m, 40.0);
   for (int i = 0; i < 12; i++) {
     const np_vec3 d = np_dvec3_to_float(test_direction(15.0 * i, 25.0 * i));
@@ -358,6 +398,7 @@ int main(void) {
       cmocka_unit_test(clouds_light_the_air_around_them),
       cmocka_unit_test(a_beam_is_scattered_as_sunlight),
       cmocka_unit_test(air_without_sky_and_ground_has_no_higher_order),
+      cmocka_unit_test(haze_hands_on_the_shade),
       cmocka_unit_test(even_light_is_scattered_without_a_phase_function),
       cmocka_unit_test(aerosols_scatter_forward_from_either_hemisphere),
       cmocka_unit_test(without_casters_nothing_is_kept),

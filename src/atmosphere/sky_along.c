@@ -193,11 +193,37 @@ np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle
       np_spectrum_multiply(before, np_bands_to_spectrum(np_bands_select(depth > 1e-2f, thick, thin))), length);
   np_bands scattered = eval_molecules(beam) * air.rayleigh;
   for (int i = 0; i < medium->aerosol_count; i++) scattered += eval_aerosol(&medium->aerosol[i], beam) * air.aerosol[i];
+  const np_bands straight = np_aerosol_sum(medium, &air, 2);
   const np_spectrum molecules = np_spectrum_scale(np_bands_to_spectrum(air.rayleigh), 0.25f / NP_PI_F),
-                    aerosols = np_spectrum_scale(np_bands_to_spectrum(np_aerosol_sum(medium, &air, 0)), 0.5f / NP_PI_F);
+                    aerosols = np_spectrum_scale(np_bands_to_spectrum(np_aerosol_sum(medium, &air, 0) - straight),
+                                                 0.5f / NP_PI_F);
   const np_spectrum upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
                     lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols));
   *transmittance = np_spectrum_multiply(before, np_bands_to_spectrum(end));
   return (np_air_cell){np_spectrum_multiply(seen, upper), np_spectrum_multiply(seen, lower),
-                       np_spectrum_multiply(seen, np_bands_to_spectrum(scattered))};
+                       np_spectrum_multiply(seen, np_bands_to_spectrum(scattered)),
+                       np_bands_to_spectrum(straight * length)};
+}
+
+/* Steps to a height without haze, short near the ground. */
+enum { FORWARD_STEPS = 48 };
+static const double forward_top_m = 60e3;
+static const float forward_sine_min = 0.0175f;
+
+np_spectrum np_atmosphere_get_forward_depth(const neph_atmosphere *atmosphere, double height_m, np_vec3 direction) {
+  const np_medium *medium = &atmosphere->medium;
+  direction.z = np_maxf(direction.z, forward_sine_min);
+  direction = np_vec3_normalize(direction);
+  const double length = forward_top_m / (double)direction.z;
+  np_bands depth = np_bands_grey(0.0f);
+  double begin = 0.0;
+  for (int k = 1; k <= FORWARD_STEPS; k++) {
+    const double s = (double)k / FORWARD_STEPS, end = length * s * s * s;
+    const np_dvec3 middle = np_dvec3_along(np_dvec3_make(0.0, 0.0, height_m), direction, 0.5 * (begin + end));
+    np_scattering air;
+    np_scattering_at(medium, np_altitude(middle, medium->planet_radius_m), &air);
+    depth += np_aerosol_sum(medium, &air, 2) * (float)(end - begin);
+    begin = end;
+  }
+  return np_bands_to_spectrum(depth);
 }

@@ -26,9 +26,11 @@ void np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
 np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m);
 
 /* Radiance that a cell of the air scatters per actinic flux of light, 1/sr: of light from one hemisphere, equal in all
- * its directions, and of a beam. */
+ * its directions, but what aerosols scatter nearly straight on, and of a beam. That share of the aerosols' scattering
+ * is χ₂, as in the delta-Eddington approximation (Joseph, Wiscombe and Weinman 1976). */
 typedef struct np_air_cell {
   np_spectrum upper, lower, beam;
+  np_spectrum forward; /* optical depth of what is scattered nearly straight on */
 } np_air_cell;
 
 /* A beam: versine of the angle by which it is scattered, and mean cosine of its directions to their middle, 1 where
@@ -36,6 +38,10 @@ typedef struct np_air_cell {
 typedef struct np_air_beam {
   float versine, mean_cosine;
 } np_air_beam;
+
+/* Optical depth of what aerosols scatter nearly straight on from a height to space, in a direction; below 1° over the
+ * horizon that of 1°. */
+np_spectrum np_atmosphere_get_forward_depth(const neph_atmosphere *atmosphere, double height_m, np_vec3 direction);
 
 /* A cell as long as `length_m` of the air at its middle. `*transmittance`: of the air before it, and then behind it. */
 np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m,

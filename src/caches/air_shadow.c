@@ -307,45 +307,75 @@ void np_air_visibility_clear(np_air_visibility *visibility) {
 
 /* ---- Lost light ---- */
 
+/* Levels for the light around the sun, denser near the ground: at the height of the last haze is thin. */
+enum { SUN_LEVELS = 64 };
+static const double sun_top_m = 20e3;
+
 typedef struct loss_job {
   const np_air_visibility *visibility;
   const np_world *world;
   const np_lit_air *lit_air; /* NULL: unknown */
   np_air_shadow *out;
+  np_spectrum sun_forward[SUN_LEVELS]; /* optical depth from each level to the sun of what haze scatters straight on */
 } loss_job;
 
-/* A cell of the air along a ray, and the radiance of the higher orders that clear air adds in it. */
+/* A cell of the air along a ray, and radiance of clear air along that ray as the eye sees it. */
 typedef struct ray_cell {
   np_dvec3 middle;
   double length_m;
   np_vec3 direction;
-  np_spectrum higher;
+  float shaded;              /* share of the sun that is hidden */
+  np_spectrum first, higher; /* light that the cell adds, of the first and of the higher orders */
+  np_spectrum beyond;        /* light from behind the cell's middle */
 } ray_cell;
 
-/* Share of a loss of even light that counts: the true light of the higher orders over what it would be if it came
- * evenly from each hemisphere. Towards the sun haze scatters several times as much. */
-static const float share_max = 8.0f;
-
-static np_spectrum compute_unevenness(const ray_cell *c, const np_air_cell *even, const np_clear_flux *clear) {
-  const np_spectrum whole =
-      np_spectrum_add(np_spectrum_multiply(clear->upper, even->upper), np_spectrum_multiply(clear->lower, even->lower));
-  np_spectrum share = np_spectrum_grey(1.0f);
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    if (whole.band[b] > 0.0f) share.band[b] = np_clampf(c->higher.band[b] / whole.band[b], 0.0f, share_max);
-  return share;
+static double compute_level_height(int level) {
+  const double s = (double)level / (SUN_LEVELS - 1);
+  return sun_top_m * s * s;
 }
 
-/* Light of one hemisphere that a cell adds; a loss is a share of what the clear air has. */
-static np_spectrum scatter_half(np_spectrum change, np_spectrum even, np_spectrum unevenness) {
-  np_spectrum out = np_spectrum_multiply(change, even);
+static np_spectrum get_sun_forward(const loss_job *job, double height_m) {
+  const float x = (float)sqrt(fmax(fmin(height_m / sun_top_m, 1.0), 0.0)) * (SUN_LEVELS - 1);
+  const int level = (int)fminf(x, SUN_LEVELS - 2);
+  return np_spectrum_mix(job->sun_forward[level], job->sun_forward[level + 1], x - (float)level);
+}
+
+/* Light that a cell scatters after haze has scattered it straight on: on its way from the sun, of the higher orders. */
+static np_spectrum compute_aureole(const loss_job *job, const ray_cell *c) {
+  const np_spectrum forward = get_sun_forward(job, c->middle.z);
+  np_spectrum out;
   for (int b = 0; b < NP_BAND_COUNT; b++)
-    if (change.band[b] < 0.0f) out.band[b] *= unevenness.band[b];
+    out.band[b] = fminf(expm1f(forward.band[b]) * c->first.band[b], fmaxf(c->higher.band[b], 0.0f));
   return out;
 }
 
-/* Radiance that the clouds' light in a cell adds to a ray. */
+/* Share of a loss of even light from above that counts: the true light of the higher orders, but that from below and
+ * what haze scatters straight on, over what it would be if it came evenly. Towards the sun haze scatters several times
+ * as much. */
+static const float share_max = 8.0f;
+
+static np_spectrum compute_unevenness(const ray_cell *c, np_spectrum aureole, const np_air_cell *cell,
+                                      const np_clear_flux *clear) {
+  const np_spectrum even = np_spectrum_multiply(clear->upper, cell->upper);
+  np_spectrum share = np_spectrum_grey(1.0f);
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float straight = cell->forward.band[b] * c->beyond.band[b] + aureole.band[b],
+                turned = c->higher.band[b] - straight - clear->lower.band[b] * cell->lower.band[b];
+    if (even.band[b] > 0.0f) share.band[b] = np_clampf(turned / even.band[b], 0.0f, share_max);
+  }
+  return share;
+}
+
+/* Change of a cell's light around the sun: it is lost in the shade, and where clouds hide the sky. */
+static float lose_aureole(const ray_cell *c, float aureole, float change, float clear) {
+  const float hidden = clear > 0.0f ? np_clampf(-change / clear, 0.0f, 1.0f) : 0.0f;
+  return -aureole * np_maxf(c->shaded, hidden);
+}
+
+/* Radiance that the clouds' light in a cell adds to a ray. `*forward`: optical depth of what it scatters straight on.
+ */
 static np_spectrum scatter(const loss_job *job, const ray_cell *c, const np_hemisphere_shares *shares,
-                           np_spectrum *transmittance) {
+                           np_spectrum *transmittance, np_spectrum *forward) {
   const np_lit_air_value change = np_lit_air_get(job->lit_air, c->middle);
   const np_clear_flux clear = np_lit_air_get_clear(job->lit_air, c->middle.z);
   const float length = np_vec3_length(change.way);
@@ -353,10 +383,27 @@ static np_spectrum scatter(const loss_job *job, const ray_cell *c, const np_hemi
   const np_air_beam beam = {np_clampf(1.0f - cosine, 0.0f, 2.0f), np_minf(length, 1.0f)};
   const np_air_cell cell =
       np_air_cell_cross(job->world->atmosphere, c->middle, c->length_m, shares, &beam, transmittance);
-  const np_spectrum unevenness = compute_unevenness(c, &cell, &clear);
-  const np_spectrum even = np_spectrum_add(scatter_half(change.upper, cell.upper, unevenness),
-                                           scatter_half(change.lower, cell.lower, unevenness));
-  return np_spectrum_add(even, np_spectrum_multiply(change.beam, cell.beam));
+  const np_spectrum aureole = compute_aureole(job, c), unevenness = compute_unevenness(c, aureole, &cell, &clear);
+  np_spectrum out =
+      np_spectrum_add(np_spectrum_multiply(change.beam, cell.beam), np_spectrum_multiply(change.lower, cell.lower));
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float upper = change.upper.band[b];
+    out.band[b] += upper * cell.upper.band[b] * (upper < 0.0f ? unevenness.band[b] : 1.0f) +
+                   lose_aureole(c, aureole.band[b], upper, clear.upper.band[b]);
+  }
+  *forward = cell.forward;
+  return out;
+}
+
+/* Adds a cell's change to that of the cells before it, which scatter its loss straight on: what is lost along a ray is
+ * lost to the haze before it too. Gains are not handed on. `*passed`: optical depth of what those cells scatter so. */
+static void add_cell(const ray_cell *c, np_spectrum change, np_spectrum forward, np_spectrum *passed,
+                     np_spectrum *added) {
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float handed = expm1f(passed->band[b] + 0.5f * forward.band[b]);
+    added->band[b] += change.band[b] + handed * (fminf(change.band[b], 0.0f) - c->shaded * c->first.band[b]);
+    passed->band[b] += forward.band[b];
+  }
 }
 
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
@@ -387,18 +434,30 @@ static void lose_node(const loss_job *job, size_t node) {
   const double ground = (double)v->ground_m[node];
   const np_sky_ray ray = np_sky_ray_start(job->world->camera_sky, direction);
   const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
-  np_spectrum lost = np_spectrum_grey(0.0f), added = lost, transmittance = np_spectrum_grey(1.0f);
+  const np_spectrum whole = sum_air(&ray, INFINITY).all;
+  np_spectrum lost = np_spectrum_grey(0.0f), added = lost, passed = lost, transmittance = np_spectrum_grey(1.0f);
   air_sums before = {lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
     const double end = fmin(compute_plane(v->reach_m, c), ground);
     const air_sums up_to = c > 0 && !(end > begin) ? before : sum_air(&ray, end);
     if (c < CELLS && end > begin) {
-      const np_spectrum first = np_spectrum_subtract(up_to.first, before.first),
-                        higher = np_spectrum_subtract(np_spectrum_subtract(up_to.all, before.all), first);
-      const ray_cell cell = {np_dvec3_along(r->origin, direction, 0.5 * (begin + end)), end - begin, direction, higher};
-      lost = np_spectrum_add_scaled(lost, 1.0f - v->seen[node * CELLS + (size_t)c], first);
-      if (job->out->added) added = np_spectrum_add(added, scatter(job, &cell, &shares, &transmittance));
+      const np_spectrum first = np_spectrum_subtract(up_to.first, before.first);
+      const ray_cell cell = {
+          .middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end)),
+          .length_m = end - begin,
+          .direction = direction,
+          .shaded = 1.0f - v->seen[node * CELLS + (size_t)c],
+          .first = first,
+          .higher = np_spectrum_subtract(np_spectrum_subtract(up_to.all, before.all), first),
+          .beyond = np_spectrum_subtract(whole, np_spectrum_mix(before.all, up_to.all, 0.5f)),
+      };
+      lost = np_spectrum_add_scaled(lost, cell.shaded, first);
+      if (job->out->added) {
+        np_spectrum forward;
+        const np_spectrum change = scatter(job, &cell, &shares, &transmittance, &forward);
+        add_cell(&cell, change, forward, &passed, &added);
+      }
     }
     before = up_to;
     begin = end;
@@ -418,10 +477,13 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
   const size_t count = count_nodes(&visibility->rays);
   out->visible_fraction = np_alloc(out->context, count * PLANES, sizeof *out->visible_fraction);
-  if (lit_air && world->atmosphere) out->added = np_alloc(out->context, count * PLANES, sizeof *out->added);
-  if (!out->visible_fraction || (lit_air && world->atmosphere && !out->added))
-    return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
-  loss_job job = {visibility, world, lit_air, out};
+  const bool is_lit = lit_air && world->atmosphere;
+  if (is_lit) out->added = np_alloc(out->context, count * PLANES, sizeof *out->added);
+  if (!out->visible_fraction || (is_lit && !out->added)) return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
+  loss_job job = {visibility, world, lit_air, out, {{{0.0f}}}};
+  for (int level = 0; is_lit && level < SUN_LEVELS; level++)
+    job.sun_forward[level] =
+        np_atmosphere_get_forward_depth(world->atmosphere, compute_level_height(level), world->to_sun);
   np_monitor_set_range(monitor, 0.9, 1.0);
   neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);
   if (result) np_air_shadow_clear(out);

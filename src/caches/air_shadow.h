@@ -18,7 +18,8 @@
  *
  * Light that the air scatters more often is that without clouds, changed by what clouds scatter into the air, hide of
  * sky and ground and keep from the ground, where that is known (caches/lit_air.h), as if it came evenly from either
- * hemisphere. That can be more than they take.
+ * hemisphere. That can be more than they take. What haze scatters nearly straight on counts as not scattered: it lacks
+ * what the first order lacks behind it and on its way from the sun.
  *
  * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.
  */
