@@ -223,8 +223,7 @@ float np_terrain_get_roughness(const neph_terrain *terrain) {
   return np_land_cover_get_roughness(terrain->cover.climate);
 }
 
-/* Number of places along each side for the mean albedo. */
-enum { MEAN_PLACES = 128 };
+enum { MEAN_PLACES = 128, MEAN_COUNT = MEAN_PLACES * MEAN_PLACES }; /* places of the mean albedo, on a side and all */
 
 static bool hit_from_above(const neph_terrain *terrain, double x_m, double y_m, np_terrain_hit *out_hit) {
   const np_dvec3 above = np_dvec3_make(x_m, y_m, terrain->bounds_max.z + 1.0);
@@ -239,28 +238,45 @@ static bool sample_albedo(const neph_terrain *terrain, double east, double north
     if (!hit_from_above(terrain, low.x + east * (high.x - low.x), low.y + north * (high.y - low.y), &hit)) return false;
     return np_terrain_eval_albedo(terrain, &hit, NP_TERRAIN_WIDE, out), true;
   }
-  const unsigned margin = terrain->field.margin.count;
-  const unsigned last_column = np_heightfield_get_core_width(&terrain->field) - 1;
-  const unsigned last_row = np_heightfield_get_core_height(&terrain->field) - 1;
-  const np_field_position position = {margin + east * last_column, margin + north * last_row};
+  const np_heightfield *field = &terrain->field;
+  const np_field_position position = {field->margin.count + east * (np_heightfield_get_core_width(field) - 1),
+                                      field->margin.count + north * (np_heightfield_get_core_height(field) - 1)};
   const np_field_facets facets = get_facets(terrain);
   eval_field_albedo(terrain, position, np_field_facets_get_normal(&facets, position), NP_TERRAIN_WIDE, out);
   return true;
 }
 
-static void compute_mean_albedo(neph_terrain *terrain) {
+typedef struct mean_job {
+  const neph_terrain *terrain;
+  float (*albedo)[3]; /* negative where no ground is */
+} mean_job;
+
+static neph_result sample_places(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const mean_job *job = user;
+  for (size_t n = begin; n < end; n++) {
+    const double east = (double)(n % MEAN_PLACES) + 0.5, north = (double)(n / MEAN_PLACES) + 0.5;
+    float *albedo = job->albedo[n];
+    if (!sample_albedo(job->terrain, east / MEAN_PLACES, north / MEAN_PLACES, albedo)) albedo[0] = -1.0f;
+  }
+  return NEPH_OK;
+}
+
+static neph_result compute_mean_albedo(neph_terrain *terrain, np_monitor *monitor) {
   double sum[3] = {0.0};
   unsigned count = 0;
   memcpy(terrain->mean_albedo, terrain->ground_albedo, sizeof sum);
-  if (!np_ground_cover_varies(&terrain->cover)) return;
-  for (int n = 0; n < MEAN_PLACES * MEAN_PLACES; n++) {
-    float albedo[3];
-    if (!sample_albedo(terrain, (n % MEAN_PLACES + 0.5) / MEAN_PLACES, (n / MEAN_PLACES + 0.5) / MEAN_PLACES, albedo))
-      continue;
-    for (int b = 0; b < 3; b++) sum[b] += (double)albedo[b];
-    count++;
+  if (!np_ground_cover_varies(&terrain->cover)) return NEPH_OK;
+  mean_job job = {terrain, np_alloc(terrain->context, MEAN_COUNT, sizeof *job.albedo)};
+  if (!job.albedo) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_parallel_for(terrain->context, monitor, MEAN_COUNT, MEAN_PLACES, sample_places, &job);
+  for (int n = 0; n < MEAN_COUNT && !result; n++) {
+    for (int b = 0; b < 3 && job.albedo[n][0] >= 0.0f; b++) sum[b] += (double)job.albedo[n][b];
+    count += job.albedo[n][0] >= 0.0f;
   }
   for (int b = 0; b < 3 && count; b++) terrain->mean_albedo[b] = sum[b] / count;
+  np_alloc_free(terrain->context, job.albedo);
+  return result;
 }
 
 /* Progress callback of Embree's build. Its threads join in a way that ThreadSanitizer does not see: it would report the
@@ -444,7 +460,7 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   np_monitor_set_stage(monitor, "building terrain");
   build_job job = {terrain, monitor};
   result = np_parallel_run(context, monitor, build_scene, &job);
-  if (!result) compute_mean_albedo(terrain);
+  if (!result) result = compute_mean_albedo(terrain, monitor);
   return result;
 }
 
@@ -468,9 +484,9 @@ neph_result np_terrain_set_cover(neph_terrain *terrain, const neph_terrain_desc 
   np_ground_cover_destroy(&terrain->cover);
   terrain->cover = cover;
   for (int b = 0; b < 3; b++) terrain->ground_albedo[b] = desc->ground_albedo[b];
-  compute_mean_albedo(terrain);
-  np_terrain_name_cover(terrain, name);
-  return NEPH_OK;
+  const neph_result measured = compute_mean_albedo(terrain, monitor);
+  np_terrain_name_cover(terrain, measured ? "" : name);
+  return measured;
 }
 
 void np_terrain_name_cover(neph_terrain *terrain, const char *name) {
