@@ -167,6 +167,50 @@ static void light_is_solved_again_for_other_inputs(void **state) {
   assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt: the clouds changed"));
 }
 
+/* A cloud that reaches into hills, below a sky. */
+static const char hills[] =
+    "{camera: {position: [0, -3 km, 400 m], look_at: [0, 0, 400 m], fov: 40 deg, resolution: [24, 16]},"
+    " sun: {elevation: 30 deg, azimuth: 140 deg}, atmosphere: {preset: none}, environment: {radiance: 0.02},"
+    " terrain: {ridges: {seed: 3, relief: 500 m}, width: 4 km, albedo: 0.2},"
+    " clouds: [{name: a, extinction: 0.01 1/m, bake: {preset: stratus, seed: 3, base: 100 m, thickness: 400 m,"
+    " extent: [800 m, 800 m], voxel: 100 m}}],"
+    " render: {samples: 1, light_degree: 3, light_residual: 0.01}, output: {pixel_type: float}}";
+
+static int set_up_hills(void **state) { return set_up_scene_verbose(state, 2, hills); }
+
+/* Cells are kept where clouds and ground are, first collisions where the sun is; a picture has the same bits as one
+ * whose cells are all its own. */
+static void a_new_solution_keeps_the_cells_that_are_the_same(void **state) {
+  static const struct {
+    const char *key, *value, *kept;
+  } changes[] = {
+      {"terrain.albedo", "0.4", "cells and first collisions of"},
+      {"environment.radiance", "0.03", "cells and first collisions of"},
+      {"sun.elevation", "40 deg", "cells of"},
+      {"terrain.ridges.relief", "700 m", NULL},
+      {"clouds[0].extinction", "0.02 1/m", NULL},
+      {"clouds[0].albedo", "[0.9, 0.95, 0.99]", NULL},
+      {"terrain.albedo", "0.2", NULL}, /* each band has cells of its own */
+  };
+  fixture *f = *state;
+  neph_scene *alone;
+  assert_int_equal(neph_scene_load_text(f->context, hills, "hills", &alone), NEPH_OK);
+  neph_image_destroy(render(f, f->scene));
+  for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
+    assert_int_equal(neph_scene_set(alone, changes[i].key, changes[i].value), NEPH_OK);
+    set(f, changes[i].key, changes[i].value);
+    neph_image *one = render(f, alone), *two = render(f, f->scene);
+    const char *kept = strstr(f->log.text, "multiple scattering: cells");
+    assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt"));
+    assert_int_equal(kept != NULL, changes[i].kept != NULL);
+    if (kept) assert_memory_equal(kept + strlen("multiple scattering: "), changes[i].kept, strlen(changes[i].kept));
+    assert_same_bits(one, two);
+    neph_image_destroy(one);
+    neph_image_destroy(two);
+  }
+  neph_scene_destroy(alone);
+}
+
 /* The grid depends on the memory, and the memory must be one. */
 static void memory_is_checked_and_counts(void **state) {
   fixture *f = *state;
@@ -191,6 +235,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(two_frames_under_one_sun_share_their_depths, set_up_depths, tear_down),
       cmocka_unit_test_setup_teardown(depths_are_rebuilt_for_another_sun_or_cloud, set_up_depths, tear_down),
       cmocka_unit_test_setup_teardown(a_camera_that_moves_keeps_the_light, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_new_solution_keeps_the_cells_that_are_the_same, set_up_hills, tear_down),
       cmocka_unit_test_setup_teardown(memory_is_checked_and_counts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(light_is_solved_again_for_other_inputs, set_up, tear_down),
   };

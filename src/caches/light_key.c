@@ -118,12 +118,22 @@ static void compute_sunlight(const np_world *world, const np_transport_desc *cel
   }
 }
 
+/* Sunlight is compared because files of the air have no name in the hash. */
+static bool has_equal_surroundings(const np_light_key *a, const np_light_key *b) {
+  return *a->around && !strcmp(a->around, b->around) && !strcmp(a->clouds, b->clouds) &&
+         !memcmp(a->sun, b->sun, sizeof a->sun);
+}
+
 neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_optical_depth_source *depths,
-                              np_light_key *key) {
+                              const np_light_key *earlier, np_light_key *key) {
   key->to_sun = world->to_sun;
   compute_sunlight(world, &key->desc.cells, key);
-  neph_result result = compute_surroundings(context, world, depths, &key->desc.cells, key->surroundings);
-  return result ? result : compute_fingerprint(context, world, key);
+  neph_result result = compute_fingerprint(context, world, key);
+  if (!result && earlier && has_equal_surroundings(earlier, key))
+    memcpy(key->surroundings, earlier->surroundings, sizeof key->surroundings);
+  else if (!result)
+    result = compute_surroundings(context, world, depths, &key->desc.cells, key->surroundings);
+  return result;
 }
 
 static double sum_sun(const np_light_key *key, unsigned band) {

@@ -15,6 +15,8 @@ typedef struct np_light_key {
   np_scattering_desc desc;
   char clouds[33]; /* hash of grids, places, optics and emission, and of the choice of cells */
   char matter[33]; /* hash of the same without the choice of cells */
+  char around[33]; /* hash of all but the clouds that the light around them depends on; empty: it is unknown */
+  char ground[33]; /* hash of the ground's heights; empty: they are unknown */
   bool has_depth;  /* sun optical depths came from their cache */
   np_vec3 to_sun;
   np_spectrum sun[NP_LIGHT_KEY_PLACES]; /* sun's irradiance at places spread over the clouds' box */
@@ -28,9 +30,10 @@ typedef struct np_depth_key {
   np_sun_optical_depth_desc desc;
 } np_depth_key;
 
-/* Fills a key, except the hash of the clouds, which depends on their description. */
+/* Fills a key whose description and other hashes are set. Light around the clouds is that of `earlier`, a key that may
+ * be NULL, where all that it depends on is the same. */
 neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_optical_depth_source *depths,
-                              np_light_key *key);
+                              const np_light_key *earlier, np_light_key *key);
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
                               np_depth_key *out);
 

@@ -97,7 +97,12 @@ static neph_result take_part(np_stage stage, const np_stage_task *task, bool *is
   const char *origin = own ? "rebuilt" : "built";
   log_part(stage, part, is_loaded ? "read from the cache" : origin, is_loaded ? "" : reason);
   if (own) own->slot = UINT32_MAX; /* free for another part */
-  const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = key, .destroy = reuse->destroy};
+  np_stored_result added = {.stage = reuse, .slot = part->slot, .key = key, .destroy = reuse->destroy};
+  const np_stage_salvage *salvage = np_stage_get_maker(stage)->salvage;
+  if (salvage && own && !is_loaded && !result) {
+    added.spare = salvage->take(&wanted, own->result, own->key);
+    added.destroy_spare = salvage->destroy;
+  }
   const neph_result failed = np_stores_add(part->context, stores, added);
   return result ? result : failed;
 }
@@ -123,10 +128,13 @@ static neph_result make_or_load(const np_stage_reuse *reuse, const np_stage_task
 /* Makes the result of a part unless it was taken. */
 static neph_result make_part(const np_stage_reuse *reuse, const np_stage_task *task) {
   if (is_made(reuse, task)) return NEPH_OK;
-  const np_stored_result *own = np_stores_search(task->in.part.job->stores, reuse, task->in.part.slot);
+  np_stored_result *own = np_stores_search(task->in.part.job->stores, reuse, task->in.part.slot);
   np_stage_task keyed = *task;
   keyed.in.part.key = own ? own->key : NULL;
-  return make_or_load(reuse, &keyed);
+  keyed.in.part.spare = own ? own->spare : NULL;
+  const neph_result result = make_or_load(reuse, &keyed);
+  if (own) np_stored_result_clear_spare(own);
+  return result;
 }
 
 /* Gives the result of a part back to the stores, or destroys it where it has no key. */

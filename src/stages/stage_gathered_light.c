@@ -9,7 +9,6 @@
 #include "core/text.h"
 #include "caches/light_key.h"
 #include "plan/part_check.h"
-#include "scene/scene_flow.h"
 #include "scene/sequence.h"
 #include "stages/stage_part.h"
 #include "stages/stores.h"
@@ -128,23 +127,6 @@ NP_STAGE_REUSE(viewer_light, task->light->viewer_light, NP_PER_PACKET_LIGHT, fal
 
 /* ---- Ground and air ---- */
 
-/* Adds the keys of the scene but those of the camera and of files. False: a program has given it objects, whose
- * contents have no name. */
-static bool add_scene(const np_stage_part *in, np_hash *hash) {
-  const neph_scene *scene = in->scene;
-  np_text text = {.context = in->context};
-  bool is_known = !scene->air.given;
-  for (unsigned i = 0; i < scene->cloud_count; i++) is_known = is_known && !scene->clouds[i].volume;
-  for (const np_node *section = np_scene_get_source(scene)->first; section; section = section->next) {
-    if (!strcmp(section->key, "camera") || !strcmp(section->key, "output")) continue;
-    np_text_add(&text, "%s: ", section->key);
-    np_flow_add(&text, np_key_search(NULL, section->key), section);
-    np_text_add(&text, "\n");
-  }
-  np_hash_add_text(hash, np_text_get(&text));
-  return np_text_end(&text, NEPH_OK) == NEPH_OK && is_known;
-}
-
 /* Adds the solution, by the key for which it was built. False: it has none, or a time limit cut it short. */
 static bool add_solution(const np_ground_clouds_inputs *in, np_hash *hash) {
   const np_stored_result *stored = np_stores_search(in->job->stores, &np_stage_reuse_ordinates, in->slot);
@@ -190,7 +172,7 @@ static neph_result hash_clouds(const np_ground_clouds_inputs *in, gathered_key *
 static neph_result hash_light(const np_ground_clouds_inputs *in, char out[33]) {
   np_hash *hash = np_hash_create(in->context);
   const bool is_known =
-      add_scene(&in->part, hash) && add_solution(in, hash) && np_stage_add_terrain_key(&in->part, hash);
+      np_stage_add_scene_key(&in->part, hash) && add_solution(in, hash) && np_stage_add_terrain_key(&in->part, hash);
   add_request(in, hash);
   const neph_result result = np_hash_finish(hash, out);
   if (!is_known) out[0] = '\0';
@@ -302,7 +284,7 @@ static neph_result get_relief_light_key(const np_relief_light_inputs *in, void *
   const float depth_end = in->depth ? in->depth->depth_end : 0.0f;
   const unsigned frame = neph_scene_is_animated(in->scene) ? (unsigned)in->plan->request.desc.frame : 0;
   const unsigned words[] = {frame, np_stage_is_coarse(&in->part)};
-  const bool is_known = add_scene(&in->part, hash) && np_stage_add_terrain_key(&in->part, hash);
+  const bool is_known = np_stage_add_scene_key(&in->part, hash) && np_stage_add_terrain_key(&in->part, hash);
   np_hash_add_text(hash, gathered->light);
   NP_HASH_ADD(hash, words);
   NP_HASH_ADD(hash, in->world->to_sun);

@@ -25,7 +25,8 @@
   unsigned slot;   /* index of the part among the parts that later pictures reuse */                                   \
   unsigned cloud;  /* number of the cloud of a part per cloud */                                                       \
   unsigned group;  /* group of the light of a part per light */                                                        \
-  void *key;       /* key by which later pictures may reuse the part; NULL: the part is not reused */
+  void *key;       /* key by which later pictures may reuse the part; NULL: the part is not reused */                  \
+  void *spare;     /* parts of an earlier result for the one that is built; NULL: none */
 
 /* Surroundings of a part that is built, compared or cleared. */
 typedef struct np_stage_part {

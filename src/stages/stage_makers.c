@@ -23,7 +23,7 @@ static const np_stage_maker makers[NP_STAGE_COUNT] = {
   [NP_STAGE_WORLD] = {BUILD_CLEAR(PACKET, instances), BUILD(PACKET_LIGHT, world)},
   [NP_STAGE_SKY_GUIDE] = {BUILD(PACKET_LIGHT, sky_guide)},
   [NP_STAGE_SUN_OPTICAL_DEPTH] = {REUSE(sun_optical_depth)},
-  [NP_STAGE_ORDINATES] = {REUSE(ordinates)},
+  [NP_STAGE_ORDINATES] = {REUSE(ordinates), .salvage = &np_stage_salvage_ordinates},
   [NP_STAGE_VIEWER_LIGHT] = {REUSE(viewer_light)},
   [NP_STAGE_GROUND_CLOUDS] = {REUSE(ground_clouds)},
   [NP_STAGE_RELIEF_LIGHT] = {REUSE(relief_light)},

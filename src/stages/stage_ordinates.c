@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Multiple scattering: solved for, or, in a sequence under a sun that moves, between two solutions. */
+#include <string.h>
+
 #include "core/alloc.h"
+#include "core/hash.h"
 #include "core/text.h"
 #include "plan/plan_choices.h"
 #include "plan/plan_detail.h"
@@ -62,6 +65,46 @@ static void set_clouds(const np_ordinates_inputs *in, np_light_key *key) {
   key->desc.left_out = left_out;
 }
 
+/* Adds what decides which cells are below ground. */
+static neph_result hash_ground(const np_ordinates_inputs *in, char out[33]) {
+  const np_world *world = in->world;
+  const double level_m = world->water ? world->water->level_m : -(double)INFINITY;
+  np_hash *hash = np_hash_create(in->context);
+  const bool is_known = np_stage_add_heights_key(&in->part, hash);
+  NP_HASH_ADD(hash, world->has_planet);
+  NP_HASH_ADD(hash, world->planet_radius_m);
+  NP_HASH_ADD(hash, level_m);
+  const neph_result result = np_hash_finish(hash, out);
+  if (!is_known) out[0] = '\0';
+  return result;
+}
+
+/* Adds what decides the light around the clouds, beside them. The camera's part in it are the picture's colours. */
+static neph_result hash_around(const np_ordinates_inputs *in, const np_light_key *key, char out[33]) {
+  const np_world *world = in->world;
+  const np_spectrum water = world->water ? world->water->albedo : np_spectrum_grey(0.0f);
+  const np_spectrum night = world->night ? world->night->ground_irradiance : np_spectrum_grey(0.0f);
+  const float depth_end = in->depth ? in->depth->depth_end : 0.0f;
+  const unsigned frame = neph_scene_is_animated(in->scene) ? (unsigned)in->plan->request.desc.frame : 0;
+  const unsigned words[] = {frame, in->slot, in->depth != NULL, np_stage_is_coarse(&in->part)};
+  np_hash *hash = np_hash_create(in->context);
+  const bool is_known = np_stage_add_scene_key(&in->part, hash) && np_stage_add_terrain_key(&in->part, hash);
+  NP_HASH_ADD(hash, words);
+  NP_HASH_ADD(hash, depth_end);
+  NP_HASH_ADD(hash, key->desc.cells.bounds_min);
+  NP_HASH_ADD(hash, key->desc.cells.bounds_max);
+  NP_HASH_ADD(hash, world->to_sun);
+  NP_HASH_ADD(hash, world->sun_irradiance);
+  NP_HASH_ADD(hash, world->ground_albedo);
+  NP_HASH_ADD(hash, world->terrain_albedo);
+  NP_HASH_ADD(hash, world->terrain_basis);
+  NP_HASH_ADD(hash, water);
+  NP_HASH_ADD(hash, night);
+  const neph_result result = np_hash_finish(hash, out);
+  if (!is_known) out[0] = '\0';
+  return result;
+}
+
 static neph_result make_light_key(const np_ordinates_inputs *in, np_light_key **out_key) {
   np_light_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -72,8 +115,12 @@ static neph_result make_light_key(const np_ordinates_inputs *in, np_light_key **
   key->desc.has_importance = in->plan->request.desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
-  const neph_result result = warn_of_limit(in, &key->desc);
-  return result ? result : np_light_key_fill(in->context, in->world, &source, key);
+  neph_result result = warn_of_limit(in, &key->desc);
+  const np_stored_result *earlier = np_stores_search(in->job->stores, &np_stage_reuse_ordinates, in->slot);
+  if (!result) result = hash_ground(in, key->ground);
+  if (!result) result = hash_around(in, key, key->around);
+  if (result) return result;
+  return np_light_key_fill(in->context, in->world, &source, earlier ? earlier->key : NULL, key);
 }
 
 /* The solutions of a packet's light at both ends of the job's span; false: one is missing. */
@@ -181,6 +228,7 @@ static neph_result solve_ordinates(const np_ordinates_inputs *in, np_light_check
                                    np_scattering_field **out) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(in->schedule, in->monitor);
+  desc.kept = in->spare;
   desc.keeper = checkpoint ? &checkpoint->keeper : NULL;
   const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
@@ -218,3 +266,15 @@ static void destroy_solution(void *solution) { np_scattering_field_destroy(solut
 
 NP_STAGE_REUSE(ordinates, task->light->scattering, NP_PER_PACKET_LIGHT, false, adapt_solution, destroy_solution,
                &ordinates_disk);
+
+/* Cells are the same where clouds and ground are, their first collisions where the sun has not moved either. */
+static void *take_cells(const np_stage_task *task, void *cached, const void *cached_key) {
+  const np_light_key *own = cached_key, *wanted = task->in.part.key;
+  const bool is_same = *wanted->ground && !strcmp(own->ground, wanted->ground) && !strcmp(own->clouds, wanted->clouds);
+  const bool is_lit = np_vec3_is_equal(own->to_sun, wanted->to_sun);
+  return is_same ? np_scattering_field_keep_cells(cached, is_lit) : NULL;
+}
+
+static void destroy_cells(void *spare) { np_kept_cells_destroy(spare); }
+
+const np_stage_salvage np_stage_salvage_ordinates = {take_cells, destroy_cells};

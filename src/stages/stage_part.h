@@ -68,6 +68,15 @@ typedef struct np_stage_reuse {
   const np_stage_disk *disk;     /* NULL: kept in memory alone */
 } np_stage_reuse;
 
+/* Use of parts of a result that is out of date. */
+typedef struct np_stage_salvage {
+  /* Takes parts that are the same for the part's key; NULL: none are. */
+  void *(*take)(const np_stage_task *task, void *cached, const void *cached_key);
+  void (*destroy)(void *spare);
+} np_stage_salvage;
+
+extern const np_stage_salvage np_stage_salvage_ordinates;
+
 /* The functions of a stage are given its inputs and the place of its result, and nothing else of the picture.
  * NP_STAGE_BUILD defines the function of a row by build_WHAT, … */
 #define NP_STAGE_BUILD(what, stage, place)                                                                             \
@@ -128,6 +137,10 @@ neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_task 
 
 /* Saves a part's result on disk, where the context has a cache. */
 void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_task *task);
+
+/* Adds the keys of the scene but those of the camera and of files. False: a program has given it objects, whose
+ * contents have no name. */
+bool np_stage_add_scene_key(const np_stage_part *in, np_hash *hash);
 
 /* Adds the terrain, or its heights without their cover, to a key; false: calls have built it, and it has no key. */
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key);

@@ -9,9 +9,17 @@ np_stored_result *np_stores_search(const np_stores *stores, const void *stage, u
   return at;
 }
 
+void np_stored_result_clear_spare(np_stored_result *stored) {
+  if (stored->spare) stored->destroy_spare(stored->spare);
+  stored->spare = NULL;
+}
+
 neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added) {
   np_stored_result *first = np_alloc(context, 1, sizeof *first);
-  if (!first) return np_alloc_free(context, added.key), NEPH_ERROR_OUT_OF_MEMORY;
+  if (!first) {
+    np_stored_result_clear_spare(&added);
+    return np_alloc_free(context, added.key), NEPH_ERROR_OUT_OF_MEMORY;
+  }
   *first = added;
   first->next = stores->results;
   stores->results = first;
@@ -23,6 +31,7 @@ static void destroy_first(neph_context *context, np_stored_result **list) {
   np_stored_result *first = *list;
   *list = first->next;
   first->destroy(first->result);
+  np_stored_result_clear_spare(first);
   np_alloc_free(context, first->key);
   np_alloc_free(context, first);
 }

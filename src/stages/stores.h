@@ -15,6 +15,8 @@ typedef struct np_stored_result {
   void *key;                     /* one block; owned */
   void *result;                  /* NULL: lent, or not built yet */
   void (*destroy)(void *result); /* frees a result; does nothing for NULL */
+  void *spare;                   /* parts of the result before, from which this one is built; NULL: none */
+  void (*destroy_spare)(void *spare);
 } np_stored_result;
 
 typedef struct np_stores {
@@ -32,7 +34,10 @@ void np_stores_clear(neph_context *context, np_stores *stores);
 /* The result of a part; NULL: none. */
 np_stored_result *np_stores_search(const np_stores *stores, const void *stage, unsigned slot);
 
-/* Adds a result that is not built yet, and owns its key, which is freed on failure. */
+/* Frees the parts from which a result was built. */
+void np_stored_result_clear_spare(np_stored_result *stored);
+
+/* Adds a result that is not built yet, and owns its key and its spare parts, which are freed on failure. */
 neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added);
 
 /* Destroys the results of a stage that were not taken, or were taken and not returned. */

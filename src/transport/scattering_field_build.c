@@ -328,6 +328,7 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
 /* Moves the finest cells from the solver to the result. */
 static void finish(np_scattering_solver *s) {
   s->out->grid = s->levels[0].grid;
+  s->out->has_whole_grid = np_world_is_grey(s->world) && !(s->out->grid.fold.period_m > 0.0);
   s->levels[0].grid = (np_transport_grid){.context = s->context};
   s->out->medium.has_delta_m_residual = s->out->delta_m_residual;
   if (s->out->grid.fold.period_m > 0.0) np_fold_light_fill(s->world, &s->out->grid.fold, &s->out->fold_light);
@@ -395,6 +396,7 @@ static neph_result solve_fires_apart(neph_context *context, const np_world *all,
   np_scattering_desc half = *desc;
   np_scattering_field *fields[2] = {NULL};
   half.seconds_max = 0.5 * desc->seconds_max;
+  half.kept = NULL;
   others.world = np_fires_leave_out(&solved->world);
   fires.world = np_fires_leave_alone(&solved->world);
   np_monitor_set_part(monitor, whole, 0.0, 0.5);

@@ -23,6 +23,7 @@ struct np_scattering_field {
   np_scattering_quality quality;
   np_scaled_phase *phases; /* phase function of each cloud; equal ones share their table */
   np_transport_grid grid;
+  bool has_whole_grid; /* the grid has all that it was solved on, the same for all bands */
   np_fold_light fold_light; /* light of the other tiles, where the grid has a fold */
   uint16_t
       *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on

@@ -28,6 +28,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "transport/kept_cells.h"
 
 enum { CHUNK = 1024, MOMENTS = 16 * CHUNK };
 
@@ -241,17 +242,19 @@ static neph_result add_broad(np_scattering_solver *s) {
 neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
   np_scattering_solver_clear_levels(s);
   np_transport_grid *finest = &s->levels[s->level_count++].grid;
+  bool is_lit;
   neph_result result = np_transport_grid_place(s->context, s->world, &s->desc->cells, finest);
   if (result) return result;
   finest->degree = s->fine->ordinates.degree;
   set_part(s, 0.0, 0.05);
   np_monitor_set_stage(s->monitor, "averaging clouds");
-  result = np_transport_grid_fill(s->world, s->phases, s->band, s->monitor, finest);
+  if (!np_kept_cells_move(s->desc->kept, finest, &is_lit))
+    result = np_transport_grid_fill(s->world, s->phases, s->band, s->monitor, finest);
   set_part(s, 0.05, solving_begin);
   np_monitor_set_stage(s->monitor, "lighting clouds");
   np_ground_columns_clear(s->context, &s->ground);
   if (!result) result = np_ground_columns_fill(finest, s->world, s->depths, s->fade, s->monitor, &s->ground);
-  if (!result)
+  if (!result && !is_lit)
     result = np_transport_grid_light(s->world, s->depths, s->monitor, s->band, s->broad->ordinates.degree, finest);
   if (!result && is_fine(s)) result = add_coarser(s);
   if (!result && is_resolved(s)) result = add_broad(s);
