@@ -101,9 +101,12 @@ static void set_turn(np_brick_detail *detail, int layer, np_random *random) {
   }
 }
 
-static int compare_floats(const void *a, const void *b) {
-  const float x = *(const float *)a, y = *(const float *)b;
-  return (x > y) - (x < y);
+/* First rank that is above a value. */
+static int search_rank(float value, float end) {
+  int k = (int)np_clampf(value / end * NP_DETAIL_RANKS, 0.0f, NP_DETAIL_RANKS);
+  while (k > 0 && value * NP_DETAIL_RANKS < (float)(k - 1) * end) k--;
+  while (k < NP_DETAIL_RANKS && !(value * NP_DETAIL_RANKS < (float)k * end)) k++;
+  return k;
 }
 
 /* Measures the distribution of the noise at distant positions in each layer, the same for all volumes. */
@@ -117,11 +120,11 @@ static neph_result rank_noise(detail_builder *b, np_random *random) {
     for (int a = 0; a < 3; a++) at[a] = far_voxels * detail->size_voxels[a] * np_random_double(random);
     values[n] = np_brick_detail_get_noise(detail, at);
   }
-  qsort(values, RANK_SAMPLES, sizeof *values, compare_floats);
-  detail->rank_end = values[RANK_SAMPLES - 1];
-  size_t below = 0;
+  size_t count[NP_DETAIL_RANKS + 1] = {0}, below = 0;
+  for (size_t n = 0; n < RANK_SAMPLES; n++) detail->rank_end = np_maxf(detail->rank_end, values[n]);
+  for (size_t n = 0; n < RANK_SAMPLES; n++) count[search_rank(values[n], detail->rank_end)]++;
   for (int k = 0; k <= NP_DETAIL_RANKS; k++) {
-    while (below < RANK_SAMPLES && values[below] * NP_DETAIL_RANKS < (float)k * detail->rank_end) below++;
+    below += count[k];
     detail->rank[k] = (float)below / RANK_SAMPLES;
   }
   detail->rank[NP_DETAIL_RANKS] = 1.0f;
