@@ -178,11 +178,11 @@ static const char hills[] =
 
 static int set_up_hills(void **state) { return set_up_scene_verbose(state, 2, hills); }
 
-/* Cells are kept where clouds and ground are, first collisions where the sun is; a picture has the same bits as one
+/* Cells are reused where clouds and ground are, first collisions where the sun is; a picture has the same bits as one
  * whose cells are all its own. */
-static void a_new_solution_keeps_the_cells_that_are_the_same(void **state) {
+static void a_new_solution_reuses_the_cells_that_are_the_same(void **state) {
   static const struct {
-    const char *key, *value, *kept;
+    const char *key, *value, *reused;
   } changes[] = {
       {"terrain.albedo", "0.4", "cells and first collisions of"},
       {"environment.radiance", "0.03", "cells and first collisions of"},
@@ -200,10 +200,11 @@ static void a_new_solution_keeps_the_cells_that_are_the_same(void **state) {
     assert_int_equal(neph_scene_set(alone, changes[i].key, changes[i].value), NEPH_OK);
     set(f, changes[i].key, changes[i].value);
     neph_image *one = render(f, alone), *two = render(f, f->scene);
-    const char *kept = strstr(f->log.text, "multiple scattering: cells");
+    const char *reused = strstr(f->log.text, "multiple scattering: cells");
     assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt"));
-    assert_int_equal(kept != NULL, changes[i].kept != NULL);
-    if (kept) assert_memory_equal(kept + strlen("multiple scattering: "), changes[i].kept, strlen(changes[i].kept));
+    assert_int_equal(reused != NULL, changes[i].reused != NULL);
+    if (reused)
+      assert_memory_equal(reused + strlen("multiple scattering: "), changes[i].reused, strlen(changes[i].reused));
     assert_same_bits(one, two);
     neph_image_destroy(one);
     neph_image_destroy(two);
@@ -235,7 +236,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(two_frames_under_one_sun_share_their_depths, set_up_depths, tear_down),
       cmocka_unit_test_setup_teardown(depths_are_rebuilt_for_another_sun_or_cloud, set_up_depths, tear_down),
       cmocka_unit_test_setup_teardown(a_camera_that_moves_keeps_the_light, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(a_new_solution_keeps_the_cells_that_are_the_same, set_up_hills, tear_down),
+      cmocka_unit_test_setup_teardown(a_new_solution_reuses_the_cells_that_are_the_same, set_up_hills, tear_down),
       cmocka_unit_test_setup_teardown(memory_is_checked_and_counts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(light_is_solved_again_for_other_inputs, set_up, tear_down),
   };

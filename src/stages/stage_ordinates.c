@@ -228,7 +228,7 @@ static neph_result solve_ordinates(const np_ordinates_inputs *in, np_light_check
                                    np_scattering_field **out) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(in->schedule, in->monitor);
-  desc.kept = in->spare;
+  desc.reused = in->spare;
   desc.keeper = checkpoint ? &checkpoint->keeper : NULL;
   const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
@@ -272,9 +272,9 @@ static void *take_cells(const np_stage_task *task, void *cached, const void *cac
   const np_light_key *own = cached_key, *wanted = task->in.part.key;
   const bool is_same = *wanted->ground && !strcmp(own->ground, wanted->ground) && !strcmp(own->clouds, wanted->clouds);
   const bool is_lit = np_vec3_is_equal(own->to_sun, wanted->to_sun);
-  return is_same ? np_scattering_field_keep_cells(cached, is_lit) : NULL;
+  return is_same ? np_scattering_field_take_cells(cached, is_lit) : NULL;
 }
 
-static void destroy_cells(void *spare) { np_kept_cells_destroy(spare); }
+static void destroy_cells(void *spare) { np_reused_cells_destroy(spare); }
 
 const np_stage_salvage np_stage_salvage_ordinates = {take_cells, destroy_cells};

@@ -46,7 +46,7 @@ typedef struct np_solution_keeper {
 } np_solution_keeper;
 
 /* Cells of an earlier solution of the same clouds: what they average of these, and their first collisions. */
-typedef struct np_kept_cells np_kept_cells;
+typedef struct np_reused_cells np_reused_cells;
 
 typedef struct np_scattering_desc {
   np_transport_desc cells;
@@ -57,7 +57,7 @@ typedef struct np_scattering_desc {
   uint64_t left_out;   /* clouds of the scene that are not solved for, a bit for each number; all: the field is dark */
   bool has_importance; /* paths can be guided: importance is kept beside the moments */
   const np_solution_keeper *keeper; /* NULL: states are not stored, as with a time limit */
-  np_kept_cells *kept;              /* cells of an earlier solution on the same cells, which it uses up; NULL: none */
+  np_reused_cells *reused;          /* cells of an earlier solution on the same cells, which it uses up; NULL: none */
 } np_scattering_desc;
 
 /* Tolerance of a solution, in drafts, from which light around the clouds is computed by fewer rays. */
@@ -122,8 +122,8 @@ void np_scattering_field_destroy(np_scattering_field *field);
 
 /* Moves the cells out of a solution that is no longer needed, for one of equal clouds, ground and choice of cells.
  * `is_lit`: under the same direction of the sun. NULL: it has none to give. */
-np_kept_cells *np_scattering_field_keep_cells(np_scattering_field *field, bool is_lit);
-void np_kept_cells_destroy(np_kept_cells *kept);
+np_reused_cells *np_scattering_field_take_cells(np_scattering_field *field, bool is_lit);
+void np_reused_cells_destroy(np_reused_cells *cells);
 
 /* A field between two: (1 − share) of the first and `share` of the second, times `gain` in each band. */
 typedef struct np_scattering_blend {

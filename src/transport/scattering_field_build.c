@@ -396,7 +396,7 @@ static neph_result solve_fires_apart(neph_context *context, const np_world *all,
   np_scattering_desc half = *desc;
   np_scattering_field *fields[2] = {NULL};
   half.seconds_max = 0.5 * desc->seconds_max;
-  half.kept = NULL;
+  half.reused = NULL;
   others.world = np_fires_leave_out(&solved->world);
   fires.world = np_fires_leave_alone(&solved->world);
   np_monitor_set_part(monitor, whole, 0.0, 0.5);

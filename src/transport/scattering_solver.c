@@ -28,7 +28,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "transport/kept_cells.h"
+#include "transport/reused_cells.h"
 
 enum { CHUNK = 1024, MOMENTS = 16 * CHUNK };
 
@@ -248,7 +248,7 @@ neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
   finest->degree = s->fine->ordinates.degree;
   set_part(s, 0.0, 0.05);
   np_monitor_set_stage(s->monitor, "averaging clouds");
-  if (!np_kept_cells_move(s->desc->kept, finest, &is_lit))
+  if (!np_reused_cells_move(s->desc->reused, finest, &is_lit))
     result = np_transport_grid_fill(s->world, s->phases, s->band, s->monitor, finest);
   set_part(s, 0.05, solving_begin);
   np_monitor_set_stage(s->monitor, "lighting clouds");

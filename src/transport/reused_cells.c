@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "transport/kept_cells.h"
+#include "transport/reused_cells.h"
 
 #include <string.h>
 
 #include "core/alloc.h"
 #include "transport/scattering_field_private.h"
 
-np_kept_cells *np_scattering_field_keep_cells(np_scattering_field *field, bool is_lit) {
+np_reused_cells *np_scattering_field_take_cells(np_scattering_field *field, bool is_lit) {
   if (!field->has_whole_grid) return NULL;
-  np_kept_cells *kept = np_alloc(field->context, 1, sizeof *kept);
-  if (!kept) return NULL;
-  *kept = (np_kept_cells){.grid = field->grid, .is_lit = is_lit};
+  np_reused_cells *cells = np_alloc(field->context, 1, sizeof *cells);
+  if (!cells) return NULL;
+  *cells = (np_reused_cells){.grid = field->grid, .is_lit = is_lit};
   field->grid = (np_transport_grid){.context = field->context};
   field->has_whole_grid = false;
-  return kept;
+  return cells;
 }
 
 static void clear_first_collisions(np_transport_grid *grid) {
@@ -32,23 +32,23 @@ static bool are_alike(const np_transport_grid *a, const np_transport_grid *b) {
   return are;
 }
 
-bool np_kept_cells_move(np_kept_cells *kept, np_transport_grid *grid, bool *out_is_lit) {
+bool np_reused_cells_move(np_reused_cells *cells, np_transport_grid *grid, bool *out_is_lit) {
   *out_is_lit = false;
-  if (!kept || !kept->grid.active) return false;
-  if (!are_alike(&kept->grid, grid)) return false;
+  if (!cells || !cells->grid.active) return false;
+  if (!are_alike(&cells->grid, grid)) return false;
   np_transport_grid_clear(grid);
-  *grid = kept->grid;
-  kept->grid = (np_transport_grid){.context = grid->context};
-  *out_is_lit = kept->is_lit;
-  np_log(grid->context, NEPH_LOG_DEBUG, "multiple scattering: cells%s of the solution before it are kept",
-         kept->is_lit ? " and first collisions" : "");
-  if (!kept->is_lit) clear_first_collisions(grid);
+  *grid = cells->grid;
+  cells->grid = (np_transport_grid){.context = grid->context};
+  *out_is_lit = cells->is_lit;
+  np_log(grid->context, NEPH_LOG_DEBUG, "multiple scattering: cells%s of the solution before it are reused",
+         cells->is_lit ? " and first collisions" : "");
+  if (!cells->is_lit) clear_first_collisions(grid);
   return true;
 }
 
-void np_kept_cells_destroy(np_kept_cells *kept) {
-  if (!kept) return;
-  neph_context *context = kept->grid.context;
-  np_transport_grid_clear(&kept->grid);
-  np_alloc_free(context, kept);
+void np_reused_cells_destroy(np_reused_cells *cells) {
+  if (!cells) return;
+  neph_context *context = cells->grid.context;
+  np_transport_grid_clear(&cells->grid);
+  np_alloc_free(context, cells);
 }
