@@ -49,6 +49,28 @@ static void hills_darken_the_air_behind_them(void **state) {
   neph_image_destroy(shadowed);
 }
 
+/* Air among hazy hills under a low sun has a mean radiance of 0.01224 in green by `path` (250 samples and two seeds,
+ * which differ by 0.6 %). 18 %: the march had 22.2 % more when hills took the first order alone, and has 15.5 % more.
+ */
+static void hills_hide_sky_from_the_air(void **state) {
+  neph_context *context = *state;
+  neph_image *image =
+      render(context,
+             "version: 1\n"
+             "camera: {position: [0, -8 km, 900 m], look_at: [0, 0, 1100 m], fov: 60 deg, resolution: [16, 9]}\n"
+             "sun: {elevation: 9 deg, azimuth: 40 deg}\n"
+             "atmosphere: {preset: earth-hazy, ground_albedo: 0.15}\n"
+             "terrain: {ridges: {samples: 129, relief: 1500 m, seed: 12}, width: 20 km, albedo: 0.15}\n"
+             "output: {color_space: bands}\n",
+             "true");
+  size_t count;
+  const float *air = get_channel(image, "air.G", &count);
+  double sum = 0.0;
+  for (size_t i = 0; i < count; i++) sum += (double)air[i];
+  assert_near_relative(sum / (double)count, 0.01224, 0.18);
+  neph_image_destroy(image);
+}
+
 static void where_nothing_stands_nothing_changes(void **state) {
   neph_context *context = *state;
   neph_image *clear = render(context, CAMERA LOW_SUN, "false"), *shadowed = render(context, CAMERA LOW_SUN, "true");
@@ -128,7 +150,7 @@ static void cast(block *b, int32_t half_width) {
   assert_int_equal(np_air_visibility_build(b->base.context, &b->base.world, &lighting->sun_optical_depths, &rays,
                                            &casters, NULL, &b->visibility),
                    NEPH_OK);
-  assert_int_equal(np_air_shadow_build(&b->visibility, &b->base.world, b->lit_air, NULL, &b->shadow), NEPH_OK);
+  assert_int_equal(np_air_shadow_build(&b->visibility, &b->base.world, b->lit_air, NULL, NULL, &b->shadow), NEPH_OK);
 }
 
 static void clear_block(block *b) {
@@ -389,6 +411,7 @@ static int tear_down(void **state) { return neph_context_destroy(*state), 0; }
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(hills_darken_the_air_behind_them),
+      cmocka_unit_test(hills_hide_sky_from_the_air),
       cmocka_unit_test(where_nothing_stands_nothing_changes),
       cmocka_unit_test(a_crop_is_a_part_of_the_picture),
   };

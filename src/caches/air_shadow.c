@@ -314,7 +314,8 @@ static const double sun_top_m = 20e3;
 typedef struct loss_job {
   const np_air_visibility *visibility;
   const np_world *world;
-  const np_lit_air *lit_air; /* NULL: unknown */
+  const np_lit_air *lit_air;     /* change by clouds; NULL: unknown */
+  const np_lit_air *among_hills; /* change by hills; NULL: unknown */
   np_air_shadow *out;
   np_spectrum sun_forward[SUN_LEVELS]; /* optical depth from each level to the sun of what haze scatters straight on */
 } loss_job;
@@ -366,7 +367,18 @@ static np_spectrum compute_unevenness(const ray_cell *c, np_spectrum aureole, co
   return share;
 }
 
-/* Change of a cell's light around the sun: it is lost in the shade, and where clouds hide the sky. */
+/* Change of the air's light by clouds and hills. */
+static np_lit_air_value get_change(const loss_job *job, np_dvec3 place) {
+  np_lit_air_value out = {.way = {0}};
+  if (job->lit_air) out = np_lit_air_get(job->lit_air, place);
+  if (!job->among_hills) return out;
+  const np_lit_air_value hills = np_lit_air_get(job->among_hills, place);
+  out.upper = np_spectrum_add(out.upper, hills.upper);
+  out.lower = np_spectrum_add(out.lower, hills.lower);
+  return out;
+}
+
+/* Change of a cell's light around the sun: it is lost in the shade, and where clouds or hills hide the sky. */
 static float lose_aureole(const ray_cell *c, float aureole, float change, float clear) {
   const float hidden = clear > 0.0f ? np_clampf(-change / clear, 0.0f, 1.0f) : 0.0f;
   return -aureole * np_maxf(c->shaded, hidden);
@@ -376,8 +388,8 @@ static float lose_aureole(const ray_cell *c, float aureole, float change, float 
  */
 static np_spectrum scatter(const loss_job *job, const ray_cell *c, const np_hemisphere_shares *shares,
                            np_spectrum *transmittance, np_spectrum *forward) {
-  const np_lit_air_value change = np_lit_air_get(job->lit_air, c->middle);
-  const np_clear_flux clear = np_lit_air_get_clear(job->lit_air, c->middle.z);
+  const np_lit_air_value change = get_change(job, c->middle);
+  const np_clear_flux clear = np_lit_air_get_clear(job->lit_air ? job->lit_air : job->among_hills, c->middle.z);
   const float length = np_vec3_length(change.way);
   const float cosine = length > 0.0f ? np_vec3_dot(c->direction, change.way) / length : 0.0f;
   const np_air_beam beam = {np_clampf(1.0f - cosine, 0.0f, 2.0f), np_minf(length, 1.0f)};
@@ -473,14 +485,14 @@ static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thr
 }
 
 neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, const np_lit_air *lit_air,
-                                np_monitor *monitor, np_air_shadow *out) {
+                                const np_lit_air *among_hills, np_monitor *monitor, np_air_shadow *out) {
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
   const size_t count = count_nodes(&visibility->rays);
   out->visible_fraction = np_alloc(out->context, count * PLANES, sizeof *out->visible_fraction);
-  const bool is_lit = lit_air && world->atmosphere;
+  const bool is_lit = (lit_air || among_hills) && world->atmosphere;
   if (is_lit) out->added = np_alloc(out->context, count * PLANES, sizeof *out->added);
   if (!out->visible_fraction || (is_lit && !out->added)) return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
-  loss_job job = {visibility, world, lit_air, out, {{{0.0f}}}};
+  loss_job job = {visibility, world, lit_air, among_hills, out, {{{0.0f}}}};
   for (int level = 0; is_lit && level < SUN_LEVELS; level++)
     job.sun_forward[level] =
         np_atmosphere_get_forward_depth(world->atmosphere, compute_level_height(level), world->to_sun);
@@ -494,6 +506,14 @@ void np_air_shadow_clear(np_air_shadow *shadow) {
   np_alloc_free(shadow->context, shadow->visible_fraction);
   np_alloc_free(shadow->context, shadow->added);
   *shadow = (np_air_shadow){0};
+}
+
+double np_air_shadow_measure(const np_air_shadow *shadow) {
+  const size_t count = count_nodes(&shadow->visibility->rays);
+  double seen = 0.0;
+  for (size_t node = 0; node < count; node++)
+    for (int b = 0; b < NP_BAND_COUNT; b++) seen += (double)shadow->visible_fraction[node * PLANES + PLANES - 1][b];
+  return 1.0 - seen / ((double)count * NP_BAND_COUNT * (double)NP_AIR_SHADOW_UNIT);
 }
 
 /* ---- Queries ---- */

@@ -97,8 +97,11 @@ typedef struct np_air_shadow {
 
 /* Computes lost light for the world's camera sky; with the clouds' light on the air, if `lit_air` is not NULL. */
 neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, const np_lit_air *lit_air,
-                                np_monitor *monitor, np_air_shadow *out);
+                                const np_lit_air *among_hills, np_monitor *monitor, np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);
+
+/* Mean share of the first order that is lost along the nodes' rays. */
+double np_air_shadow_measure(const np_air_shadow *shadow);
 
 /* Change of the air's light up to a distance. */
 typedef struct np_air_change {

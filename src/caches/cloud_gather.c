@@ -14,6 +14,7 @@ void np_cloud_gather_init(np_cloud_gather *g) {
 
 void np_cloud_gather_aim(const np_cloud_gather *g, np_vec3 towards, np_cloud_direction *out) {
   out->towards = towards;
+  if (!g->scattering) return;
   np_scattering_field_fill_harmonics(g->scattering, np_vec3_scale(towards, -1.0f), out->harmonics);
   for (unsigned v = 0; v < g->world->clouds.count; v++) {
     np_peak_column column;
@@ -110,6 +111,18 @@ np_cloud_view np_cloud_gather_follow(const np_cloud_gather *g, const np_cloud_di
 
 double np_cloud_gather_find_ground(const np_cloud_gather *g, np_dvec3 origin, np_vec3 direction, np_ground_hit *hit) {
   return np_world_intersect_ground(g->world, origin, direction, hit) ? hit->distance_m : (double)INFINITY;
+}
+
+np_spectrum np_cloud_gather_light_hill(const np_cloud_gather *g, const np_ground_hit *hill) {
+  const np_world *world = g->world;
+  const float cosine = np_vec3_dot(hill->normal, world->to_sun);
+  np_spectrum light = np_spectrum_scale(np_world_level_irradiance(world, hill), np_world_get_sky_share(world, hill));
+  const np_spectrum sun = np_world_sunlight(world, hill->position, world->to_sun);
+  if (cosine > 0.0f && !np_spectrum_is_zero(sun)) {
+    const float depth = np_sun_optical_depths_get_scaled(g->depths, hill->position, world->to_sun, g->fade, 16.0f);
+    light = np_spectrum_add_scaled(light, cosine * np_transmittance(depth), sun);
+  }
+  return np_spectrum_scale(np_spectrum_multiply(light, hill->albedo), 1.0f / NP_PI_F);
 }
 
 double np_cloud_gather_compute_voxel(const np_world *world) {

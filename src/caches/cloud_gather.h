@@ -18,12 +18,12 @@
 typedef struct np_cloud_gather {
   const np_world *world; /* borrowed, as all that follows */
   const np_sun_optical_depths *depths;
-  const np_scattering_field *scattering;
-  np_dvec3 bounds_min, bounds_max; /* box of all density, of one period or tile where it repeats */
-  np_light_period period[2];       /* along x and y, from the box on; a length of 0: light does not repeat */
-  np_transport_fold fold;          /* tiles of which the box is one; a period of 0: none */
-  bool is_coarse;                  /* fewer points, for a first picture or a draft */
-  float fade[NP_INSTANCES_MAX];    /* factor on each cloud's optical depth in the scaled medium */
+  const np_scattering_field *scattering; /* NULL: there are no clouds */
+  np_dvec3 bounds_min, bounds_max;       /* box of all density, of one period or tile where it repeats */
+  np_light_period period[2];             /* along x and y, from the box on; a length of 0: light does not repeat */
+  np_transport_fold fold;                /* tiles of which the box is one; a period of 0: none */
+  bool is_coarse;                        /* fewer points, for a first picture or a draft */
+  float fade[NP_INSTANCES_MAX];          /* factor on each cloud's optical depth in the scaled medium */
 } np_cloud_gather;
 
 /* Fills `fade` for the rest. */
@@ -59,6 +59,9 @@ np_cloud_view np_cloud_gather_follow(const np_cloud_gather *gather, const np_clo
 /* Distance of the ground along a ray; infinite where there is none. */
 double np_cloud_gather_find_ground(const np_cloud_gather *gather, np_dvec3 origin, np_vec3 direction,
                                    np_ground_hit *out_hit);
+
+/* Radiance of a hill under a clear sky and the dimmed sun. */
+np_spectrum np_cloud_gather_light_hill(const np_cloud_gather *gather, const np_ground_hit *hill);
 
 /* Clips a ray to the clouds' box, which has no sides where they repeat; false when it misses. */
 bool np_cloud_gather_clip(const np_cloud_gather *gather, np_dvec3 origin, np_vec3 direction, double *out_begin,

@@ -82,10 +82,15 @@ static float compute_shade(const np_cloud_gather *g, np_dvec3 place) {
   return np_opacity(np_sun_optical_depths_get_scaled(g->depths, place, to_sun, g->fade, 16.0f));
 }
 
+/* Clear light that clouds or a hill hide. */
+static np_spectrum hide(const np_gather_air *a, const np_gather_ray *ray) {
+  const np_spectrum hidden = np_spectrum_subtract(a->clear, interpolate(a, (double)ray->cloud_m).inscatter);
+  return np_spectrum_scale(hidden, ray->transmittance - 1.0f);
+}
+
 np_spectrum np_gather_air_change(const np_cloud_gather *g, const np_gather_air *a, np_vec3 towards, np_dvec3 origin,
                                  const np_gather_ray *ray, double offset) {
-  const np_spectrum hidden = np_spectrum_subtract(a->clear, interpolate(a, (double)ray->cloud_m).inscatter);
-  np_spectrum out = np_spectrum_scale(hidden, ray->transmittance - 1.0f);
+  np_spectrum out = hide(a, ray);
   float share;
   double place;
   for (int c = 0; np_gather_air_get_cell(ray, c, offset, &share, &place); c++) {
@@ -94,4 +99,17 @@ np_spectrum np_gather_air_change(const np_cloud_gather *g, const np_gather_air *
     out = np_spectrum_add_scaled(out, -share * compute_shade(g, np_dvec3_along(origin, towards, place)), first);
   }
   return out;
+}
+
+np_spectrum np_gather_air_change_by_hills(const np_cloud_gather *g, const np_gather_air *a, np_vec3 towards,
+                                          np_dvec3 origin, double offset, bool is_shade_known, np_gather_ray *ray) {
+  np_ground_hit hill;
+  const double end_m = np_cloud_gather_find_ground(g, origin, towards, &hill);
+  const bool is_hidden = end_m < reach_m;
+  ray->end_m = is_hidden ? (float)end_m : INFINITY;
+  ray->cloud_m = is_hidden ? (float)end_m : 0.0f;
+  ray->transmittance = is_hidden ? 0.0f : 1.0f;
+  const np_spectrum change = is_shade_known ? hide(a, ray) : np_gather_air_change(g, a, towards, origin, ray, offset);
+  if (!is_hidden) return change;
+  return np_spectrum_add(change, np_gather_air_dim(a, ray, np_cloud_gather_light_hill(g, &hill)));
 }

@@ -39,6 +39,11 @@ typedef struct np_gather_ray {
 np_spectrum np_gather_air_change(const np_cloud_gather *gather, const np_gather_air *air, np_vec3 towards,
                                  np_dvec3 origin, const np_gather_ray *ray, double offset);
 
+/* The change of the radiance along a ray by hills, for air that was traced over a sphere without them: by what they
+ * hide and shine, and shade, if that is not known. The ray's hill is stored. */
+np_spectrum np_gather_air_change_by_hills(const np_cloud_gather *gather, const np_gather_air *air, np_vec3 towards,
+                                          np_dvec3 origin, double offset, bool is_shade_known, np_gather_ray *out_ray);
+
 /* Light of clouds, attenuated by the air before them. */
 np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray, np_spectrum light);
 

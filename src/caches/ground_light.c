@@ -54,20 +54,6 @@ static np_cloud_view follow(const ground_fill *f, const np_cloud_direction *d, n
                                 &(np_cloud_steps){f->step_m, get_offset(i), *out_end_m, STEPS_MAX});
 }
 
-/* Radiance of a hill under a clear sky and the dimmed sun. */
-static np_spectrum light_hill(const ground_fill *f, const np_ground_hit *hill) {
-  const np_world *world = f->gather->world;
-  const float cosine = np_vec3_dot(hill->normal, world->to_sun);
-  np_spectrum light = np_spectrum_scale(np_world_level_irradiance(world, hill), np_world_get_sky_share(world, hill));
-  const np_spectrum sun = np_world_sunlight(world, hill->position, world->to_sun);
-  if (cosine > 0.0f && !np_spectrum_is_zero(sun)) {
-    const float depth =
-        np_sun_optical_depths_get_scaled(f->gather->depths, hill->position, world->to_sun, f->gather->fade, 16.0f);
-    light = np_spectrum_add_scaled(light, cosine * np_transmittance(depth), sun);
-  }
-  return np_spectrum_scale(np_spectrum_multiply(light, hill->albedo), 1.0f / NP_PI_F);
-}
-
 /* Radiances along the even set, summed: of the clear sky, what is left of it, and what the clouds add; behind hills
  * there is no sky, and clouds before them hide their light. */
 typedef struct ground_sums {
@@ -113,7 +99,7 @@ static void gather_along(const ground_fill *f, np_dvec3 position, unsigned i, np
   if (isfinite(end_m)) {
     if (view.transmittance < 1.0f)
       added = np_spectrum_add_scaled(added, view.transmittance - 1.0f,
-                                     np_gather_air_dim(&d->air, out_ray, light_hill(f, &hill)));
+                                     np_gather_air_dim(&d->air, out_ray, np_cloud_gather_light_hill(f->gather, &hill)));
   } else {
     const np_spectrum change = np_gather_air_change(f->gather, &d->air, towards, position, out_ray, get_offset(i));
     seen = np_spectrum_add(d->air.clear, change);

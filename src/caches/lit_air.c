@@ -47,7 +47,9 @@ typedef struct even_direction {
 
 typedef struct air_fill {
   const np_cloud_gather *gather;
-  const np_ground_light *ground_light;
+  const np_cloud_gather *clear;        /* gather without hills, whose change is sought; NULL: that of clouds is */
+  const np_ground_light *ground_light; /* NULL among hills */
+  bool is_shade_known;                 /* the shade of hills is part of another lattice */
   unsigned direction_count;
   double step_m;
   np_lit_air *out;
@@ -203,6 +205,16 @@ static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec
   return np_spectrum_add_scaled(change, view.transmittance, ground);
 }
 
+/* Change of the radiance along a direction by hills, which are stored. */
+static np_spectrum compute_change_by_hills(const air_fill *f, unsigned direction, np_dvec3 point, int level,
+                                           np_gather_ray *out_ray) {
+  const even_direction *d = &f->directions[direction];
+  const np_dvec3 origin = choose_origin(f, point, level, direction);
+  out_ray->offset = np_dvec3_to_float(np_dvec3_subtract(origin, point));
+  return np_gather_air_change_by_hills(f->gather, &d->air[level], d->gather.towards, origin, get_shift(direction),
+                                       f->is_shade_known, out_ray);
+}
+
 /* Adds a direction's share of the actinic flux. */
 static void add_flux(const air_fill *f, np_vec3 towards, np_spectrum radiance, np_lit_air_value *sum) {
   np_spectrum *half = towards.z > 0.0f ? &sum->upper : &sum->lower;
@@ -261,9 +273,12 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
     np_lit_air_value sum = {.way = {0}};
     fire_flux fires = {.way = {0}};
     const unsigned count = count_directions(f, point);
-    for (unsigned i = 0; i < count; i++)
-      add_flux(f, f->directions[i].gather.towards,
-               compute_change(f, i, point, level, &f->rays[n * f->direction_count + i], &fires), &sum);
+    for (unsigned i = 0; i < count; i++) {
+      np_gather_ray *ray = &f->rays[n * f->direction_count + i];
+      const np_spectrum change =
+          f->clear ? compute_change_by_hills(f, i, point, level, ray) : compute_change(f, i, point, level, ray, &fires);
+      add_flux(f, f->directions[i].gather.towards, change, &sum);
+    }
     if (f->gather->world->emission) {
       add_fires(f, point, level, &fires);
       set_beam(&fires, &sum);
@@ -318,7 +333,8 @@ static neph_result aim_directions(void *user, size_t begin, size_t end, unsigned
   const air_fill *f = user;
   const np_cloud_gather *g = f->gather;
   const double x = 0.5 * (g->bounds_min.x + g->bounds_max.x), y = 0.5 * (g->bounds_min.y + g->bounds_max.y);
-  const double ground = np_cloud_gather_ground(g, x, y).z + clearance_m;
+  const np_cloud_gather *clear = f->clear ? f->clear : g;
+  const double ground = np_cloud_gather_ground(clear, x, y).z + clearance_m;
   for (size_t i = begin; i < end; i++) {
     const double z = 1.0 - (2.0 * (double)i + 1.0) / f->direction_count,
                  azimuth = (double)i * (NP_PI * (3.0 - sqrt(5.0)));
@@ -326,7 +342,8 @@ static neph_result aim_directions(void *user, size_t begin, size_t end, unsigned
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
     np_cloud_gather_aim(g, towards, &f->directions[i].gather);
     for (int k = 0; k < LEVELS; k++)
-      np_gather_air_trace(g, np_dvec3_make(x, y, fmax(f->out->level_m[k], ground)), towards, &f->directions[i].air[k]);
+      np_gather_air_trace(clear, np_dvec3_make(x, y, fmax(f->out->level_m[k], ground)), towards,
+                          &f->directions[i].air[k]);
   }
   return NEPH_OK;
 }
@@ -424,30 +441,64 @@ static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *m
   return result;
 }
 
+/* Places the lattice and fills it. */
+static neph_result fill(neph_context *context, air_fill *f, np_monitor *monitor) {
+  np_lit_air *out = f->out;
+  *out = (np_lit_air){.context = context, .is_of_fire = f->gather->world->emission != NULL};
+  place(f->gather, out);
+  const size_t count = count_points(out);
+  out->points = np_alloc(context, count, sizeof *out->points);
+  f->directions = np_alloc(context, f->direction_count, sizeof *f->directions);
+  f->rays = np_alloc(context, count * f->direction_count, sizeof *f->rays);
+  f->first = np_alloc(context, count, sizeof *f->first);
+  f->next = np_alloc(context, count, sizeof *f->next);
+  const bool has_all = out->points && f->directions && f->rays && f->first && f->next;
+  const neph_result result = has_all ? fill_points(context, f, monitor) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(context, f->next);
+  np_alloc_free(context, f->first);
+  np_alloc_free(context, f->rays);
+  np_alloc_free(context, f->directions);
+  if (result) np_lit_air_clear(out);
+  return result;
+}
+
 neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gather, const np_ground_light *ground_light,
                              np_monitor *monitor, np_lit_air *out) {
-  *out = (np_lit_air){.context = context};
-  place(gather, out);
-  out->is_of_fire = gather->world->emission != NULL;
-  const size_t count = count_points(out);
   air_fill f = {.gather = gather,
                 .ground_light = ground_light,
                 .direction_count = gather->is_coarse ? DIRECTIONS_COARSE : DIRECTIONS,
                 .step_m = step_voxels * np_cloud_gather_compute_voxel(gather->world),
                 .out = out};
-  out->points = np_alloc(context, count, sizeof *out->points);
-  f.directions = np_alloc(context, f.direction_count, sizeof *f.directions);
-  f.rays = np_alloc(context, count * f.direction_count, sizeof *f.rays);
-  f.first = np_alloc(context, count, sizeof *f.first);
-  f.next = np_alloc(context, count, sizeof *f.next);
-  const bool has_all = out->points && f.directions && f.rays && f.first && f.next;
-  const neph_result result = has_all ? fill_points(context, &f, monitor) : NEPH_ERROR_OUT_OF_MEMORY;
-  np_alloc_free(context, f.next);
-  np_alloc_free(context, f.first);
-  np_alloc_free(context, f.rays);
-  np_alloc_free(context, f.directions);
-  if (result) np_lit_air_clear(out);
-  return result;
+  return fill(context, &f, monitor);
+}
+
+neph_result np_lit_air_build_among_hills(neph_context *context, const np_world *world,
+                                         const np_sun_optical_depths *depths, const np_hill_reach *reach,
+                                         np_monitor *monitor, np_lit_air *out) {
+  *out = (np_lit_air){.context = context};
+  np_world hilly = *world;
+  hilly.cloud_sky = world->camera_sky;
+  np_world bare = hilly;
+  bare.terrain = NULL;
+  const np_dvec3 low = world->terrain_min, high = world->terrain_max, eye = reach->eye;
+  const double begin[2] = {fmax(low.x, eye.x - reach->distance_m), fmax(low.y, eye.y - reach->distance_m)},
+               end[2] = {fmin(high.x, eye.x + reach->distance_m), fmin(high.y, eye.y + reach->distance_m)};
+  const double rim = rim_share / (1.0 - 2.0 * rim_share); /* the change fades out beside the hills */
+  const double wider[2] = {rim * (end[0] - begin[0]), rim * (end[1] - begin[1])};
+  if (!(wider[0] > 0.0 && wider[1] > 0.0)) return NEPH_OK;
+  const np_cloud_gather hills = {.world = &hilly,
+                                 .depths = depths,
+                                 .bounds_min = {begin[0] - wider[0], begin[1] - wider[1], low.z},
+                                 .bounds_max = {end[0] + wider[0], end[1] + wider[1], high.z}};
+  np_cloud_gather clear = hills;
+  clear.world = &bare;
+  air_fill f = {.gather = &hills,
+                .clear = &clear,
+                .is_shade_known = reach->is_shade_known,
+                .direction_count = DIRECTIONS_COARSE,
+                .step_m = 1.0,
+                .out = out};
+  return fill(context, &f, monitor);
 }
 
 void np_lit_air_clear(np_lit_air *light) {

@@ -45,6 +45,19 @@ typedef struct np_lit_air {
 /* Computes the lattice, with the ground lit by `ground_light`. On failure `*out` is empty. */
 neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gather, const np_ground_light *ground_light,
                              np_monitor *monitor, np_lit_air *out);
+
+/* Hills that count, and what is known of them. */
+typedef struct np_hill_reach {
+  np_dvec3 eye;
+  double distance_m;   /* distance from the eye along x and y */
+  bool is_shade_known; /* another lattice has what air lacks in their shade */
+} np_hill_reach;
+
+/* Computes the lattice over hills for the world's camera sky, without clouds: the change by what hills hide of sky and
+ * ground, shine and shade. `*out` is empty on failure, and where no hill counts. */
+neph_result np_lit_air_build_among_hills(neph_context *context, const np_world *world,
+                                         const np_sun_optical_depths *depths, const np_hill_reach *reach,
+                                         np_monitor *monitor, np_lit_air *out);
 void np_lit_air_clear(np_lit_air *light);
 
 /* Save the lattice on disk, and load it. False: the entry is too short. */

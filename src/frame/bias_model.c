@@ -107,6 +107,30 @@ static double compute_dusk(const cloud_light *light, const np_plan *plan) {
   return is_dusk ? fmin(dusk_per_depth * light->haze, dusk_most) : 0.0;
 }
 
+/* Share of the air's light of the first order that clouds and hills take from the picture. */
+static double measure_shade(const np_assembly *assembly) {
+  double lost = 0.0, count = 0.0;
+  for (unsigned p = 0; p < assembly->packet_count; p++)
+    for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
+      const np_air_shadow *shadow = &assembly->packets[p].lights[i].air_shadow;
+      if (!shadow->visible_fraction) continue;
+      lost += np_air_shadow_measure(shadow);
+      count += 1.0;
+    }
+  return count > 0.0 ? lost / count : 0.0;
+}
+
+/* Bias of air among hills, whose light is the less even the more haze there is and the lower the sun, and of valleys in
+ * their shade: 1 to 20 % in pictures of docs/results/light-caches.md. At a haze of this depth and more, and for each
+ * share of the first order that is in shade. */
+static const double hill_haze = 0.1, hill_depth = 0.07, hill_shade = 0.2;
+
+static double compute_hill_air(const np_frame *f, const cloud_light *light, const np_plan *plan) {
+  if (!np_plan_needs(plan, NP_STAGE_TERRAIN) || !np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;
+  const double low = 1.0 - fmax(light->sine, 0.0), haze = fmin(light->haze / hill_depth, 1.0);
+  return hypot(hill_haze * haze * low, hill_shade * measure_shade(f->assembly));
+}
+
 /* Bias of a fire in the dark beside clouds that repeat without end (docs/transport.md): in the stretch that its light
  * is solved for; and in a picture of places beyond alone, whose clouds it does not light, or beside a cloud that burns
  * in each period, so that all fires come back. */
@@ -176,8 +200,9 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   const double outshone = is_fire_in_air ? compute_outshone(f) : 0.0, cover = compute_cover(f);
   const double of_night = hypot(compute_dusk(&light, plan), compute_repeated_fire(&light));
   const double of_tables = plan->forecast.stages[NP_STAGE_ATMOSPHERE].error;
-  return (np_bias_model){.bias = combine(plan, &light, (double)f->settings.tolerance, cover),
-                         .factor = light.has_emission ? 3.0 : 2.0,
-                         .shared =
-                             hypot(hypot(outshone, of_night), hypot(compute_under_deep(&light, cover), of_tables))};
+  return (np_bias_model){
+      .bias = combine(plan, &light, (double)f->settings.tolerance, cover),
+      .factor = light.has_emission ? 3.0 : 2.0,
+      .shared = hypot(hypot(outshone, of_night),
+                      hypot(hypot(compute_under_deep(&light, cover), of_tables), compute_hill_air(f, &light, plan)))};
 }

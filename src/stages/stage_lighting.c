@@ -330,9 +330,26 @@ NP_STAGE_BUILD(visibility, air_shadows, task->caches->air_visibility)
 
 void np_stage_clear_visibility(const np_stage_task *task) { np_air_visibility_clear(&task->caches->air_visibility); }
 
+/* Distance from the eye beyond which hills leave the air its light. */
+static const double hills_reach_m = 20e3;
+
+static neph_result light_air_among_hills(const np_air_shadows_inputs *in, np_lit_air *out) {
+  *out = (np_lit_air){.points = NULL};
+  if (!in->terrain || !in->world->atmosphere) return NEPH_OK;
+  const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
+  const np_hill_reach reach = {in->camera->origin, hills_reach_m, in->cloud_light};
+  return np_lit_air_build_among_hills(in->context, in->world, &depths, &reach, in->monitor, out);
+}
+
 static neph_result build_air_shadow(const np_air_shadows_inputs *in, np_air_shadow *out) {
   if (!in->camera_sky || !in->visibility->seen) return NEPH_OK;
-  return np_air_shadow_build(in->visibility, in->world, np_cloud_light_get_air(in->cloud_light), in->monitor, out);
+  np_lit_air among_hills;
+  neph_result result = light_air_among_hills(in, &among_hills);
+  if (!result)
+    result = np_air_shadow_build(in->visibility, in->world, np_cloud_light_get_air(in->cloud_light),
+                                 among_hills.points ? &among_hills : NULL, in->monitor, out);
+  if (among_hills.points) np_lit_air_clear(&among_hills);
+  return result;
 }
 
 NP_STAGE_BUILD(air_shadow, air_shadows, task->light->air_shadow)
