@@ -478,6 +478,7 @@ neph_result np_lit_air_build_among_hills(neph_context *context, const np_world *
   *out = (np_lit_air){.context = context};
   np_world hilly = *world;
   hilly.cloud_sky = world->camera_sky;
+  hilly.emission = NULL; /* the light of fires is that of their clouds */
   np_world bare = hilly;
   bare.terrain = NULL;
   const np_dvec3 low = world->terrain_min, high = world->terrain_max, eye = reach->eye;
