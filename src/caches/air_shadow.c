@@ -384,8 +384,7 @@ static float lose_aureole(const ray_cell *c, float aureole, float change, float 
   return -aureole * np_maxf(c->shaded, hidden);
 }
 
-/* Radiance that the clouds' light in a cell adds to a ray. `*forward`: optical depth of what it scatters straight on.
- */
+/* Radiance that clouds and hills add to a ray in a cell. `*forward`: optical depth of what it scatters straight on. */
 static np_spectrum scatter(const loss_job *job, const ray_cell *c, const np_hemisphere_shares *shares,
                            np_spectrum *transmittance, np_spectrum *forward) {
   const np_lit_air_value change = get_change(job, c->middle);

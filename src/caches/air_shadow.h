@@ -92,10 +92,11 @@ typedef struct np_air_shadow {
   neph_context *context;                       /* borrowed */
   const np_air_visibility *visibility;         /* borrowed */
   uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
-  np_spectrum *added; /* radiance that the clouds' light adds to the air, as many; NULL: that light is unknown */
+  np_spectrum *added; /* radiance that clouds and hills add to the air, as many; NULL: it is unknown */
 } np_air_shadow;
 
-/* Computes lost light for the world's camera sky; with the clouds' light on the air, if `lit_air` is not NULL. */
+/* Computes lost light for the world's camera sky; with the change of the air's light by clouds, `lit_air`, and by
+ * hills, `among_hills`, of which either may be NULL. */
 neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, const np_lit_air *lit_air,
                                 const np_lit_air *among_hills, np_monitor *monitor, np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);

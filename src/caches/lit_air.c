@@ -15,7 +15,6 @@ enum {
   DIRECTIONS_COARSE = 32,
   TO_EMISSION = 16,
   TO_BOX = 16,
-  POINTS_MAX = 14,
   STEPS_MAX = 64,
   TRIES = 4,
   LEVELS = NP_LIT_AIR_LEVELS
@@ -85,7 +84,7 @@ static void place(const np_cloud_gather *g, np_lit_air *a) {
     a->period[n] = g->period[n];
     if (a->period[n].length_m > 0.0) width[n] = a->period[n].length_m;
   }
-  a->spacing_m = fmax(width[0], width[1]) / (POINTS_MAX - 1);
+  a->spacing_m = fmax(width[0], width[1]) / (NP_LIT_AIR_POINTS_MAX - 1);
   if (g->is_coarse) a->spacing_m *= 2.0;
   for (int n = 0; n < 2; n++) {
     a->size[n] = (int32_t)fmax(ceil(width[n] / a->spacing_m), 1.0) + 1;
@@ -93,8 +92,6 @@ static void place(const np_cloud_gather *g, np_lit_air *a) {
   }
   place_levels(a, ground, high.z, reach);
 }
-
-static size_t count_points(const np_lit_air *a) { return (size_t)a->size[0] * (size_t)a->size[1] * LEVELS; }
 
 /* ---- Light at a place ---- */
 
@@ -423,7 +420,7 @@ static void sum_clear(const air_fill *f) {
 }
 
 static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *monitor) {
-  const size_t count = count_points(f->out);
+  const size_t count = np_lit_air_count_points(f->out);
   np_monitor_set_stage(monitor, "lighting the air");
   neph_result result = np_parallel_for(context, monitor, f->direction_count, 1, aim_directions, f);
   if (!result) result = np_parallel_for(context, monitor, count, 8, gather_points, f);
@@ -446,7 +443,7 @@ static neph_result fill(neph_context *context, air_fill *f, np_monitor *monitor)
   np_lit_air *out = f->out;
   *out = (np_lit_air){.context = context, .is_of_fire = f->gather->world->emission != NULL};
   place(f->gather, out);
-  const size_t count = count_points(out);
+  const size_t count = np_lit_air_count_points(out);
   out->points = np_alloc(context, count, sizeof *out->points);
   f->directions = np_alloc(context, f->direction_count, sizeof *f->directions);
   f->rays = np_alloc(context, count * f->direction_count, sizeof *f->rays);
@@ -505,57 +502,6 @@ neph_result np_lit_air_build_among_hills(neph_context *context, const np_world *
 void np_lit_air_clear(np_lit_air *light) {
   np_alloc_free(light->context, light->points);
   *light = (np_lit_air){0};
-}
-
-/* ---- Copies on disk ---- */
-
-void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry) {
-  const uint64_t is_of_fire = light->is_of_fire;
-  NP_CACHE_WRITE(entry, light->size);
-  NP_CACHE_WRITE(entry, is_of_fire);
-  NP_CACHE_WRITE(entry, light->fire);
-  NP_CACHE_WRITE(entry, light->fall);
-  NP_CACHE_WRITE(entry, light->origin_m);
-  NP_CACHE_WRITE(entry, light->spacing_m);
-  NP_CACHE_WRITE(entry, light->period);
-  NP_CACHE_WRITE(entry, light->fold);
-  NP_CACHE_WRITE(entry, light->level_m);
-  NP_CACHE_WRITE(entry, light->clear);
-  np_cache_write(entry, light->points, count_points(light) * sizeof *light->points);
-}
-
-/* Whether a loaded lattice is valid: a look-up needs two points along each axis. */
-static bool is_sound(const np_lit_air *light) {
-  for (int n = 0; n < 2; n++)
-    if (light->size[n] < 2 || light->size[n] > POINTS_MAX + 1 || !isfinite(light->origin_m[n]) ||
-        !np_light_period_is_sound(light->period[n]))
-      return false;
-  for (int k = 0; k < LEVELS; k++)
-    if (!isfinite(light->level_m[k]) || (k > 0 && !(light->level_m[k] > light->level_m[k - 1]))) return false;
-  return np_tile_is_sound(&light->fold) && light->spacing_m > 0.0 && isfinite(light->spacing_m);
-}
-
-/* Whether a fire's middle lies in the lattice, from where a way beyond it leaves it. */
-static bool has_fire_inside(const np_lit_air *a) {
-  const double at[2] = {a->fire.x, a->fire.y};
-  for (int n = 0; n < 2; n++)
-    if (!(at[n] > a->origin_m[n] && at[n] < a->origin_m[n] + a->spacing_m * (a->size[n] - 1))) return false;
-  return a->fire.z >= a->level_m[0] && a->fire.z <= a->level_m[LEVELS - 1];
-}
-
-bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *out) {
-  uint64_t is_of_fire;
-  *out = (np_lit_air){.context = context};
-  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, is_of_fire) || !NP_CACHE_READ(entry, out->fire) ||
-      !NP_CACHE_READ(entry, out->fall) || !NP_CACHE_READ(entry, out->origin_m) ||
-      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period) || !NP_CACHE_READ(entry, out->fold) ||
-      !NP_CACHE_READ(entry, out->level_m) || !NP_CACHE_READ(entry, out->clear))
-    return false;
-  out->is_of_fire = is_of_fire;
-  const bool is_fire_sound = np_cache_are_finite(out->fall.band, NP_BAND_COUNT) && has_fire_inside(out);
-  if (!np_cache_read_check(entry, is_of_fire <= 1 && is_sound(out) && (!is_of_fire || is_fire_sound))) return false;
-  out->points = np_cache_read_block(entry, count_points(out), sizeof *out->points);
-  return out->points;
 }
 
 /* ---- Look-ups ---- */

@@ -21,7 +21,8 @@ typedef struct np_lit_air_value {
   np_vec3 way;       /* mean of the beam's directions, towards the clouds: of length 1 where there is but one */
 } np_lit_air_value;
 
-enum { NP_LIT_AIR_LEVELS = 9 };
+/* Number of levels, and of points along a side of one, to which rounding may add one. */
+enum { NP_LIT_AIR_LEVELS = 9, NP_LIT_AIR_POINTS_MAX = 14 };
 
 /* Actinic flux of the clear air's light and the ground's from each hemisphere, without the sun's, W m⁻² nm⁻¹. */
 typedef struct np_clear_flux {
@@ -41,6 +42,10 @@ typedef struct np_lit_air {
   np_clear_flux clear[NP_LIT_AIR_LEVELS];
   np_lit_air_value *points; /* x fastest, then y, then the level */
 } np_lit_air;
+
+static inline size_t np_lit_air_count_points(const np_lit_air *light) {
+  return (size_t)light->size[0] * (size_t)light->size[1] * NP_LIT_AIR_LEVELS;
+}
 
 /* Computes the lattice, with the ground lit by `ground_light`. On failure `*out` is empty. */
 neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gather, const np_ground_light *ground_light,
