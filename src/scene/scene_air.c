@@ -139,24 +139,37 @@ neph_result np_scene_air_derive(neph_scene *scene) {
 }
 
 /* Lowest altitude at which a layer has density. */
-static double compute_begin(const np_scene_layer *layer) {
-  const neph_atmosphere_layer *desc = &layer->desc;
-  const double low = desc->profile == NEPH_LAYER_TABLE  ? layer->rows.values[0]
-                     : desc->profile == NEPH_LAYER_TENT ? desc->center_m - desc->width_m
-                                                        : desc->bottom_m;
-  return fmax(low, desc->bottom_m);
+static double compute_begin(const neph_atmosphere_layer *layer) {
+  const double low = layer->profile == NEPH_LAYER_TABLE  ? layer->table_altitude_m[0]
+                     : layer->profile == NEPH_LAYER_TENT ? layer->center_m - layer->width_m
+                                                         : layer->bottom_m;
+  return fmax(low, layer->bottom_m);
 }
 
 static neph_result check_layer(const neph_scene *scene, unsigned index, const np_node *node,
                                np_scene_problems *problems) {
-  const np_scene_layer *layer = &scene->air.layers[index];
-  if (!(layer->desc.top_m > layer->desc.bottom_m))
+  const neph_atmosphere_layer layer = complete_layer(&scene->air.layers[index]);
+  const double begin = compute_begin(&layer);
+  if (!(layer.top_m > layer.bottom_m))
     return np_scene_fail_at(problems, node, "atmosphere.layers[%u].top is %g m, must be above its bottom, %g m", index,
-                            layer->desc.top_m, layer->desc.bottom_m);
-  if (compute_begin(layer) < scene->atmosphere.top_altitude_m) return NEPH_OK;
+                            layer.top_m, layer.bottom_m);
+  if (begin < scene->atmosphere.top_altitude_m) return NEPH_OK;
   return np_scene_fail_at(problems, node,
                           "atmosphere.layers[%u] begins at %g m, must do so below atmosphere.top_altitude, %g m", index,
-                          compute_begin(layer), scene->atmosphere.top_altitude_m);
+                          begin, scene->atmosphere.top_altitude_m);
+}
+
+/* Checks that the top lies above the beginning of the preset's own layers, of which only ozone begins above the ground.
+ */
+static neph_result check_top(const neph_scene *scene, const np_node *section, np_scene_problems *problems) {
+  const np_node *key = np_node_search(section, "top_altitude");
+  const double top = scene->atmosphere.top_altitude_m, begin = compute_begin(&scene->air.ozone);
+  const bool has_ozone = scene->air.preset != NP_AIR_NONE && scene->air.preset != NP_AIR_EMPTY;
+  if (!key || !has_ozone || begin < top) return NEPH_OK;
+  return np_scene_fail_at(problems, key,
+                          "atmosphere.top_altitude is %g m, must be above %g m, where the ozone of atmosphere.preset "
+                          "begins (atmosphere.preset: empty has none)",
+                          top, begin);
 }
 
 /* `when` is "" or names the frame in messages. */
@@ -208,6 +221,7 @@ neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *probl
   const np_animation *animation = scene->animation;
   if (!air) return NEPH_OK;
   neph_result result = check_haze(&scene->air, air, "", problems);
+  if (!result) result = check_top(scene, air, problems);
   for (unsigned i = 0; !result && animation && i < animation->count; i++)
     if (np_track_is_in(&animation->tracks[i], "atmosphere."))
       result = check_haze_track(scene, &animation->tracks[i], air, problems);

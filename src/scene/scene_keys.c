@@ -91,7 +91,7 @@ static const np_key sky_keys[] = {
      .meaning = "time of sun, moon and stars between two frames; needs sun.time, the time of frame 1"},
     {.path = "sun.angular_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
      .field = SCENE(sun.angular_radius_rad), .tag = SCENE(sun.has_angular_radius), .tag_value = true,
-     .range = WITHIN(0, 45), .fallback = "0.2678 deg",
+     .range = WITHIN(0, 28), .fallback = "0.2678 deg",
      .meaning = "angular radius of the disk; if it is not set, as seen from the planet"},
     {.path = "sun.irradiance", .type = NP_KEY_REAL, .unit = NP_UNIT_IRRADIANCE,
      .field = SCENE(sun.irradiance_w_m2_nm), .tag = SCENE(sun.has_irradiance), .tag_value = true,
@@ -415,7 +415,8 @@ static const np_key last_keys[] = {
      .meaning = "method of the integrator march for multiple scattering"},
     {.path = "render.atmosphere", .type = NP_KEY_CHOICE, .choices = airs_of_paths, .field = SCENE(render.atmosphere),
      .fallback = "traced",
-     .meaning = "atmosphere in the integrator path: traced with the clouds, or, faster, from the tables of the march"},
+     .meaning = "atmosphere in the integrator path: traced with the clouds, or, faster, from the tables of the march; "
+                "in haze that the clouds shade, tables can be tens of percent too bright"},
     {.path = "render.path_guiding", .type = NP_KEY_CHOICE, .choices = path_guidings,
      .field = SCENE(render.path_guiding), .fallback = "none",
      .meaning = "path guiding of the integrator path: adjoint uses the march's solution of multiple scattering for "

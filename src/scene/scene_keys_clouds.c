@@ -338,7 +338,7 @@ static const np_key keys[] = {
      .range = ANYWHERE, .fallback = "0 m, 0 m",
      .meaning = "x and y displacement of the top relative to the base by wind"},
     {.path = "clouds[].bake.extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
-     .field = CLOUD(bake.extinction_per_m), .range = WITHIN(1e-9, 1e6), .fallback = "0.06 1/m",
+     .field = CLOUD(bake.extinction_per_m), .range = WITHIN(1e-9, 100), .fallback = "0.06 1/m",
      .meaning = "extinction in the core of the cloud"},
     {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
      .fallback = "cells",
