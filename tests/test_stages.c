@@ -196,7 +196,9 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
   if (stage == NP_STAGE_GROUND_CLOUDS && air)
     np_hash_add(hash, air->points, (size_t)air->size[0] * (size_t)air->size[1] * sizeof *air->points);
   if (stage == NP_STAGE_AIR_SHADOWS)
-    add_spectrum(hash, np_air_shadow_get(&l->air_shadow, &(np_view_ray){.direction = ahead}, INFINITY).lost_share);
+    add_spectrum(
+        hash,
+        np_air_shadow_get(&l->air_shadow, &(np_view_ray){.direction = ahead}, INFINITY, NP_RAY_END_NONE).lost_share);
   if (stage != NP_STAGE_LIGHTING) return;
   const bool answers[] = {l->lighting.scattering, l->lighting.viewer_light, l->lighting.ground_light,
                           l->lighting.air_shadow, l->lighting.sky_guide,    l->lighting.sun_optical_depths.cache};

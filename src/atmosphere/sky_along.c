@@ -100,9 +100,15 @@ np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_
   return air;
 }
 
+/* Share of what is scattered nearly straight on that comes from above, for a ray that rises by `rise` a length: all of
+ * it from an angle of 30 degrees on. */
+static float share_ahead(float rise) { return np_smoothstepf(0.5f + rise); }
+
 /* Sums along a ray. */
 typedef struct part_sums {
-  np_bands molecules, aerosols; /* scattering seen from the ray's start, over 2π */
+  np_bands molecules, aerosols;                      /* scattering seen from the ray's start, over 2π */
+  np_bands straight;                                 /* optical depth of what aerosols scatter nearly straight on */
+  np_bands turned_molecules, turned_aerosols, ahead; /* the same with that light counted as not scattered, and it */
   np_scattered first, later;
 } part_sums;
 
@@ -110,19 +116,33 @@ static void add_even(const np_medium *medium, const np_path *path, part_sums *su
   for (int k = 0; k < path->count; k++) {
     const np_path_node *n = &path->node[k];
     const np_bands seen = n->weight_m / (2.0f * NP_PI_F) * n->transmittance;
+    const np_bands aerosols = np_aerosol_sum(medium, &n->air, 0), straight = np_aerosol_sum(medium, &n->air, 2);
+    const np_bands depth = straight * n->weight_m, passed = seen * np_bands_exp(sums->straight + 0.5f * depth);
     sums->molecules += seen * n->air.rayleigh;
-    sums->aerosols += seen * np_aerosol_sum(medium, &n->air, 0);
+    sums->aerosols += seen * aerosols;
+    sums->turned_molecules += passed * n->air.rayleigh;
+    sums->turned_aerosols += passed * aerosols;
+    sums->ahead += passed * straight;
+    sums->straight += depth;
   }
 }
 
 /* The aerosol's source cut after degree 2 may be negative where the sky is darkest. */
 static np_air_parts finish_parts(const neph_sky *sky, np_vec3 direction, const np_hemisphere_shares *shares,
                                  const part_sums *sums, np_bands transmittance) {
+  const float above = share_ahead(direction.z);
+  const np_spectrum turned_even = np_spectrum_scale(np_bands_to_spectrum(sums->turned_molecules), 0.5f),
+                    turned = np_bands_to_spectrum(sums->turned_aerosols), ahead = np_bands_to_spectrum(sums->ahead);
   const np_spectrum even = np_spectrum_scale(np_bands_to_spectrum(sums->molecules), 0.5f);
   const np_spectrum aerosols = np_bands_to_spectrum(sums->aerosols);
   np_air_parts out = {.transmittance = np_bands_to_spectrum(transmittance),
                       .upper = np_spectrum_add(even, np_spectrum_multiply(shares->upper, aerosols)),
                       .lower = np_spectrum_add(even, np_spectrum_multiply(shares->lower, aerosols))};
+  out.straight = np_bands_to_spectrum(sums->straight);
+  out.turned_upper =
+      np_spectrum_add_scaled(np_spectrum_add(turned_even, np_spectrum_multiply(shares->upper, turned)), -above, ahead);
+  out.turned_lower = np_spectrum_add_scaled(np_spectrum_add(turned_even, np_spectrum_multiply(shares->lower, turned)),
+                                            above - 1.0f, ahead);
   const np_bands smooth = np_bands_max(sums->first.smooth + sums->later.smooth, np_bands_grey(0.0f));
   out.all = sum_scattered(sky, direction, smooth, sums->first.peak);
   out.first = sum_scattered(sky, direction, sums->first.smooth, sums->first.peak);
@@ -155,8 +175,11 @@ void np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
 
 np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m) {
   const np_medium *medium = &atmosphere->medium;
-  const np_bands extinction = np_extinction_at(medium, np_altitude(middle, medium->planet_radius_m));
-  return np_bands_to_spectrum(np_bands_exp(-extinction * (float)length_m));
+  const double altitude_m = np_altitude(middle, medium->planet_radius_m);
+  np_scattering air;
+  np_scattering_at(medium, altitude_m, &air);
+  const np_bands taken = np_extinction_at(medium, altitude_m) - np_aerosol_sum(medium, &air, 2);
+  return np_bands_to_spectrum(np_bands_exp(-taken * (float)length_m));
 }
 
 /* Mean cosines from which a beam has the aerosols' own phase function, with its peak: at the first the directions lie
@@ -179,7 +202,8 @@ static float eval_aerosol(const np_aerosol *aerosol, const np_air_beam *beam) {
 }
 
 np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m,
-                              const np_hemisphere_shares *shares, const np_air_beam *beam, np_spectrum *transmittance) {
+                              const np_hemisphere_shares *shares, float rise, const np_air_beam *beam,
+                              np_spectrum *transmittance) {
   const np_medium *medium = &atmosphere->medium;
   const double altitude_m = np_altitude(middle, medium->planet_radius_m);
   const float length = (float)length_m;
@@ -195,10 +219,13 @@ np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle
   for (int i = 0; i < medium->aerosol_count; i++) scattered += eval_aerosol(&medium->aerosol[i], beam) * air.aerosol[i];
   const np_bands straight = np_aerosol_sum(medium, &air, 2);
   const np_spectrum molecules = np_spectrum_scale(np_bands_to_spectrum(air.rayleigh), 0.25f / NP_PI_F),
-                    aerosols = np_spectrum_scale(np_bands_to_spectrum(np_aerosol_sum(medium, &air, 0) - straight),
-                                                 0.5f / NP_PI_F);
-  const np_spectrum upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
-                    lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols));
+                    aerosols = np_spectrum_scale(np_bands_to_spectrum(np_aerosol_sum(medium, &air, 0)), 0.5f / NP_PI_F),
+                    ahead = np_spectrum_scale(np_bands_to_spectrum(straight), 0.5f / NP_PI_F);
+  const float above = share_ahead(rise);
+  np_spectrum upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
+              lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols));
+  upper = np_spectrum_add_scaled(upper, -above, ahead);
+  lower = np_spectrum_add_scaled(lower, above - 1.0f, ahead);
   *transmittance = np_spectrum_multiply(before, np_bands_to_spectrum(end));
   return (np_air_cell){np_spectrum_multiply(seen, upper), np_spectrum_multiply(seen, lower),
                        np_spectrum_multiply(seen, np_bands_to_spectrum(scattered)),

@@ -16,13 +16,15 @@ typedef struct np_air_parts {
   np_spectrum all, first;   /* in-scatter of all orders, and of the first, W m⁻² sr⁻¹ nm⁻¹ */
   np_spectrum upper, lower; /* radiance that the air scatters per actinic flux of light from one hemisphere, equal in
                                all its directions, 1/sr: ∫ T·σ·share/2π dt */
+  np_spectrum straight;     /* optical depth of what aerosols scatter nearly straight on */
+  np_spectrum turned_upper, turned_lower; /* the same as upper and lower, but that light counts as not scattered */
 } np_air_parts;
 
 /* The parts of the light up to each of `count` ascending distances. */
 void np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, const double *distances_m, int count,
                         const np_hemisphere_shares *shares, np_air_parts *out);
 
-/* Transmittance of a length of the air at its middle. */
+/* Transmittance of a length of the air at its middle; what aerosols scatter nearly straight on counts as passed. */
 np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m);
 
 /* Radiance that a cell of the air scatters per actinic flux of light, 1/sr: of light from one hemisphere, equal in all
@@ -43,8 +45,10 @@ typedef struct np_air_beam {
  * horizon that of 1°. */
 np_spectrum np_atmosphere_get_forward_depth(const neph_atmosphere *atmosphere, double height_m, np_vec3 direction);
 
-/* A cell as long as `length_m` of the air at its middle. `*transmittance`: of the air before it, and then behind it. */
+/* A cell as long as `length_m` of the air at its middle, of a ray that rises by `rise` a length. `*transmittance`: of
+ * the air before it, and then behind it. */
 np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m,
-                              const np_hemisphere_shares *shares, const np_air_beam *beam, np_spectrum *transmittance);
+                              const np_hemisphere_shares *shares, float rise, const np_air_beam *beam,
+                              np_spectrum *transmittance);
 
 #endif

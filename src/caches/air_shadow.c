@@ -7,304 +7,6 @@
 
 enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
 
-/* Share of a ray's remaining light below which shadows are neglected. */
-static const float light_rest = 0.01f;
-/* Length above which a cell is sampled at two places. */
-static const double cell_long_m = 250.0;
-
-/* ---- Rays and cells ---- */
-
-static size_t count_nodes(const np_air_rays *rays) {
-  return (size_t)(rays->end[0] - rays->begin[0]) * (size_t)(rays->end[1] - rays->begin[1]);
-}
-
-static np_vec3 compute_direction(const np_air_rays *rays, float i, float j) {
-  const np_air_film *film = &rays->film;
-  if (film->camera) return film->get_direction(film->camera, i * film->spacing, j * film->spacing);
-  const np_vec3 level = np_vec3_add(rays->forward, np_vec3_scale(rays->right, i - rays->middle[0]));
-  return np_vec3_normalize(np_vec3_add(level, np_vec3_scale(rays->down, j - rays->middle[1])));
-}
-
-/* Distance of a plane, the first at the end of the first cell. */
-static double compute_plane(double reach_m, int plane) {
-  if (plane >= CELLS) return plane < PLANES - 1 ? ldexp(reach_m, plane + 1 - CELLS) : HUGE_VAL;
-  const double s = (plane + 1.0) / CELLS;
-  return reach_m * s * s;
-}
-
-/* Index of the plane before a distance, or the first, and the fraction to the next. */
-static int compute_plane_before(double reach_m, double distance_m, float *out_part) {
-  int plane = 0;
-  if (distance_m < reach_m) {
-    const double x = sqrt(distance_m / reach_m) * CELLS - 1.0;
-    plane = x > 0.0 ? (int)x : 0;
-    *out_part = (float)fmax(x - plane, 0.0);
-    return plane;
-  }
-  for (plane = CELLS - 1; plane + 2 < PLANES && compute_plane(reach_m, plane + 1) <= distance_m; plane++) continue;
-  const double near = compute_plane(reach_m, plane), far = compute_plane(reach_m, plane + 1);
-  *out_part = isfinite(far) ? (float)((distance_m - near) / (far - near)) : (float)(1.0 - near / distance_m);
-  return plane;
-}
-
-/* ---- Regions with shadow ---- */
-
-/* A box along three axes: a caster's shadow, whose third axis points away from the sun, or lit air, along the world's
- * axes. */
-typedef struct axis_box {
-  double low[3], high[3];
-} axis_box;
-
-typedef struct shadow_probe {
-  const np_world *world;
-  const np_sun_optical_depths *depths;
-  np_air_visibility *out;
-  np_dvec3 axis[3];
-  axis_box shafts[2], lit;
-  unsigned shaft_count;
-  bool has_lit, is_lit_by_fire;
-  float fade[NP_INSTANCES_MAX]; /* factor on optical depth in each cloud: light in the forward peak is not lost to the
-                                   air */
-} shadow_probe;
-
-static axis_box make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
-  axis_box s = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, INFINITY}};
-  for (int corner = 0; corner < 8; corner++) {
-    const np_dvec3 at =
-        np_dvec3_make(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z);
-    for (int a = 0; a < 3; a++) {
-      const double x = np_dvec3_dot(p->axis[a], at);
-      s.low[a] = fmin(s.low[a], x);
-      s.high[a] = fmax(s.high[a], x);
-    }
-  }
-  return s;
-}
-
-/* Clips a ray to a box along the axes of its coordinates; begin > end: no overlap. */
-static void clip(const axis_box *s, const double origin[3], const double direction[3], double *out_begin,
-                 double *out_end) {
-  *out_begin = 0.0;
-  *out_end = INFINITY;
-  for (int a = 0; a < 3; a++) {
-    const double o = origin[a], d = direction[a];
-    if (fabs(d) < 1e-9) {
-      if (o < s->low[a] || o > s->high[a]) *out_end = -1.0;
-      continue;
-    }
-    const double t[2] = {(s->low[a] - o) / d, (s->high[a] - o) / d};
-    *out_begin = fmax(*out_begin, fmin(t[0], t[1]));
-    *out_end = fmin(*out_end, fmax(t[0], t[1]));
-  }
-}
-
-/* Interval of a ray that holds all its shadow. */
-static void compute_interval(const shadow_probe *p, np_vec3 direction, double *out_begin, double *out_end) {
-  double origin[3], along[3];
-  for (int a = 0; a < 3; a++) {
-    origin[a] = np_dvec3_dot(p->axis[a], p->out->rays.origin);
-    along[a] = np_dvec3_dot(p->axis[a], np_vec3_to_double(direction));
-  }
-  *out_begin = INFINITY;
-  *out_end = 0.0;
-  for (unsigned i = 0; i < p->shaft_count; i++) {
-    double begin, end;
-    clip(&p->shafts[i], origin, along, &begin, &end);
-    if (!(begin < end)) continue;
-    *out_begin = fmin(*out_begin, begin);
-    *out_end = fmax(*out_end, end);
-  }
-}
-
-/* Distance at which a ray leaves the air that clouds light; 0: it misses it. */
-static double compute_lit_end(const shadow_probe *p, np_vec3 direction) {
-  const np_dvec3 o = p->out->rays.origin;
-  const double origin[3] = {o.x, o.y, o.z}, along[3] = {(double)direction.x, (double)direction.y, (double)direction.z};
-  double begin, end;
-  if (!p->has_lit) return 0.0;
-  clip(&p->lit, origin, along, &begin, &end);
-  return begin < end ? end : 0.0;
-}
-
-static double compute_ground_distance(const shadow_probe *p, np_vec3 direction) {
-  np_ground_hit hit;
-  return np_world_intersect_ground(p->world, p->out->rays.origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
-}
-
-static np_spectrum compute_first_order(const np_sky_ray *ray, double distance_m) {
-  np_spectrum first;
-  (void)np_sky_ray_get_air(ray, distance_m, &first);
-  return first;
-}
-
-/* Distance along a ray beyond which the air adds at most the share `light_rest` of its light. */
-static double search_light_end(const neph_sky *sky, np_vec3 direction, double end) {
-  const np_sky_ray ray = np_sky_ray_start(sky, direction);
-  const float all = np_spectrum_max(compute_first_order(&ray, end));
-  double low = 0.0, high = fmin(end, 3e6);
-  for (int k = 0; k < 12; k++) {
-    const double middle = 0.5 * (low + high);
-    *(np_spectrum_max(compute_first_order(&ray, middle)) < (1.0f - light_rest) * all ? &low : &high) = middle;
-  }
-  return high;
-}
-
-enum { REACH_RAYS = 9 };
-
-/* Greatest distance along any ray of the whole picture at which shadows and light of clouds count. */
-static double compute_reach(const shadow_probe *p) {
-  const np_air_rays *r = &p->out->rays;
-  double reach = 0.0;
-  for (int n = 0; n < REACH_RAYS * REACH_RAYS; n++) {
-    const float u = (float)(n % REACH_RAYS) / (REACH_RAYS - 1), v = (float)(n / REACH_RAYS) / (REACH_RAYS - 1);
-    const np_vec3 direction = compute_direction(r, np_mixf((float)r->whole_begin[0], (float)r->whole_end[0], u),
-                                                np_mixf((float)r->whole_begin[1], (float)r->whole_end[1], v));
-    double begin, end;
-    compute_interval(p, direction, &begin, &end);
-    const double ground = compute_ground_distance(p, direction), lit_end = fmin(compute_lit_end(p, direction), ground);
-    end = fmax(begin < end ? fmin(end, ground) : 0.0, lit_end);
-    if (end > 0.0) reach = fmax(reach, search_light_end(p->world->camera_sky, direction, end));
-    if (p->is_lit_by_fire) reach = fmax(reach, lit_end);
-  }
-  return reach;
-}
-
-/* ---- Visibility ---- */
-
-static float compute_visibility(const shadow_probe *p, np_dvec3 position, np_vec3 to_sun) {
-  if (np_world_is_behind_terrain(p->world, position, to_sun)) return 0.0f;
-  return np_transmittance(np_sun_optical_depths_get_scaled(p->depths, position, to_sun, p->fade, 12.0f));
-}
-
-static float turn(double value) { return (float)(value - floor(value)); }
-
-/* Mean visibility over a segment of a ray, at `count` places, spread over nodes and cells by the plastic number and the
- * golden ratio (Roberts 2018). */
-static float average_segment(const shadow_probe *p, np_vec3 direction, int i, int j, int cell, double begin,
-                             double end) {
-  const int count = end - begin > cell_long_m ? 2 : 1;
-  float sum = 0.0f;
-  for (int k = 0; k < count; k++) {
-    const double at = 0.7548776662466927 * i + 0.5698402909980532 * j + 0.6180339887498949 * (2 * cell + k);
-    const double t = begin + (end - begin) * (k + (double)turn(at)) / count;
-    const np_vec3 to_sun = np_world_sample_sun(p->world, turn(1.3247179572447460 * at + 0.37), turn(3.0 * at + 0.71));
-    sum += compute_visibility(p, np_dvec3_along(p->out->rays.origin, direction, t), to_sun);
-  }
-  return sum / (float)count;
-}
-
-static void fill_node(const shadow_probe *p, size_t node) {
-  np_air_visibility *out = p->out;
-  const int32_t width = out->rays.end[0] - out->rays.begin[0];
-  const int i = out->rays.begin[0] + (int)(node % (size_t)width), j = out->rays.begin[1] + (int)(node / (size_t)width);
-  const np_vec3 direction = compute_direction(&out->rays, (float)i, (float)j);
-  const double ground = compute_ground_distance(p, direction);
-  double shade_begin, shade_end, begin = 0.0;
-  compute_interval(p, direction, &shade_begin, &shade_end);
-  out->ground_m[node] = (float)ground;
-  for (int c = 0; c < CELLS; c++) {
-    const double end = compute_plane(out->reach_m, c), stop = fmin(end, ground);
-    float *seen = &out->seen[node * CELLS + (size_t)c];
-    if (begin >= ground)
-      *seen = c > 0 ? seen[-1] : 1.0f;
-    else
-      *seen = stop > shade_begin && begin < shade_end ? average_segment(p, direction, i, j, c, begin, stop) : 1.0f;
-    begin = end;
-  }
-}
-
-static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  for (size_t node = begin; node < end; node++) fill_node(user, node);
-  return NEPH_OK;
-}
-
-/* ---- Smoothing ---- */
-
-typedef struct smoothing {
-  const np_air_visibility *from;
-  float *to;
-} smoothing;
-
-/* Filters 3 × 3 rays by 1-2-1, about as wide as the sun's disk. Rays that have ended do not contribute. */
-static void smooth_node(const smoothing *s, size_t node) {
-  const np_air_rays *r = &s->from->rays;
-  const int32_t width = r->end[0] - r->begin[0], height = r->end[1] - r->begin[1];
-  const int32_t i = (int32_t)(node % (size_t)width), j = (int32_t)(node / (size_t)width);
-  float sum[CELLS] = {0.0f}, weights[CELLS] = {0.0f};
-  for (int32_t y = j > 0 ? j - 1 : 0; y <= j + 1 && y < height; y++)
-    for (int32_t x = i > 0 ? i - 1 : 0; x <= i + 1 && x < width; x++) {
-      const size_t near = (size_t)y * (size_t)width + (size_t)x;
-      const float weight = (x == i ? 2.0f : 1.0f) * (y == j ? 2.0f : 1.0f);
-      for (int c = 0; c < CELLS; c++) {
-        const bool is_visible =
-            c == 0 || near == node || compute_plane(s->from->reach_m, c - 1) < (double)s->from->ground_m[near];
-        sum[c] += is_visible ? weight * s->from->seen[near * CELLS + (size_t)c] : 0.0f;
-        weights[c] += is_visible ? weight : 0.0f;
-      }
-    }
-  for (int c = 0; c < CELLS; c++) s->to[node * CELLS + (size_t)c] = sum[c] / weights[c];
-}
-
-static neph_result smooth_nodes(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  for (size_t node = begin; node < end; node++) smooth_node(user, node);
-  return NEPH_OK;
-}
-
-static neph_result smooth(np_air_visibility *v, np_monitor *monitor) {
-  const size_t count = count_nodes(&v->rays);
-  smoothing s = {v, np_alloc(v->context, count * CELLS, sizeof *s.to)};
-  if (!s.to) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_parallel_for(v->context, monitor, count, 64, smooth_nodes, &s);
-  np_alloc_free(v->context, v->seen);
-  v->seen = s.to;
-  return result;
-}
-
-static void place_shafts(shadow_probe *p, const np_air_casters *casters) {
-  const np_dvec3 to_sun = np_dvec3_normalize(np_vec3_to_double(p->world->to_sun));
-  const np_dvec3 level = np_dvec3_make(-to_sun.y, to_sun.x, 0.0);
-  p->axis[2] = np_dvec3_scale(to_sun, -1.0);
-  p->axis[0] = np_dvec3_length(level) > 1e-6 ? np_dvec3_normalize(level) : np_dvec3_make(1.0, 0.0, 0.0);
-  p->axis[1] = np_dvec3_cross(p->axis[2], p->axis[0]);
-  p->shaft_count = casters->count;
-  for (unsigned i = 0; i < casters->count; i++) p->shafts[i] = make_shaft(p, casters->low[i], casters->high[i]);
-  p->has_lit = casters->has_lit;
-  p->is_lit_by_fire = casters->has_lit && casters->is_lit_by_fire;
-  p->lit = (axis_box){{casters->lit_low.x, casters->lit_low.y, casters->lit_low.z},
-                      {casters->lit_high.x, casters->lit_high.y, casters->lit_high.z}};
-}
-
-neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_optical_depths *depths,
-                                    const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
-                                    np_air_visibility *out) {
-  *out = (np_air_visibility){.context = context, .rays = *rays};
-  shadow_probe p = {.world = world, .depths = depths, .out = out};
-  for (unsigned v = 0; v < world->clouds.count; v++)
-    p.fade[v] = np_scattering_compute_least_scale(&world->clouds.at[v].phase, world->clouds.at[v].albedo);
-  place_shafts(&p, casters);
-  out->reach_m = compute_reach(&p);
-  if (!(out->reach_m > 0.0)) return NEPH_OK;
-  const size_t count = count_nodes(rays);
-  out->seen = np_alloc(context, count * CELLS, sizeof *out->seen);
-  out->ground_m = np_alloc(context, count, sizeof *out->ground_m);
-  neph_result result = out->seen && out->ground_m ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  np_monitor_set_stage(monitor, "casting shadows into the air");
-  np_monitor_set_range(monitor, 0.0, 0.8);
-  if (!result) result = np_parallel_for(context, monitor, count, 16, fill_nodes, &p);
-  np_monitor_set_range(monitor, 0.8, 0.9);
-  if (!result) result = smooth(out, monitor);
-  if (result) np_air_visibility_clear(out);
-  return result;
-}
-
-void np_air_visibility_clear(np_air_visibility *visibility) {
-  np_alloc_free(visibility->context, visibility->seen);
-  np_alloc_free(visibility->context, visibility->ground_m);
-  *visibility = (np_air_visibility){0};
-}
-
 /* ---- Lost light ---- */
 
 /* Levels for the light around the sun, denser near the ground: at the height of the last haze is thin. */
@@ -341,80 +43,123 @@ static np_spectrum get_sun_forward(const loss_job *job, double height_m) {
   return np_spectrum_mix(job->sun_forward[level], job->sun_forward[level + 1], x - (float)level);
 }
 
-/* Light that a cell scatters after haze has scattered it straight on: on its way from the sun, of the higher orders. */
-static np_spectrum compute_aureole(const loss_job *job, const ray_cell *c) {
+/* Light of the higher orders that a cell scatters out of clear air, but for what haze scatters straight on from behind
+ * it. */
+typedef struct clear_parts {
+  np_spectrum aureole; /* light from around the sun, which haze has scattered straight on, on its way from there */
+  np_spectrum turned;  /* other light from above */
+  np_spectrum even;    /* what that would be if the light came evenly from above */
+} clear_parts;
+
+static clear_parts split_clear(const loss_job *job, const ray_cell *c, const np_air_cell *cell,
+                               const np_clear_flux *clear) {
   const np_spectrum forward = get_sun_forward(job, c->middle.z);
-  np_spectrum out;
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    out.band[b] = fminf(expm1f(forward.band[b]) * c->first.band[b], fmaxf(c->higher.band[b], 0.0f));
-  return out;
-}
-
-/* Share of a loss of even light from above that counts: the true light of the higher orders, but that from below and
- * what haze scatters straight on, over what it would be if it came evenly. Towards the sun haze scatters several times
- * as much. */
-static const float share_max = 8.0f;
-
-static np_spectrum compute_unevenness(const ray_cell *c, np_spectrum aureole, const np_air_cell *cell,
-                                      const np_clear_flux *clear) {
-  const np_spectrum even = np_spectrum_multiply(clear->upper, cell->upper);
-  np_spectrum share = np_spectrum_grey(1.0f);
+  clear_parts out;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float straight = cell->forward.band[b] * c->beyond.band[b] + aureole.band[b],
-                turned = c->higher.band[b] - straight - clear->lower.band[b] * cell->lower.band[b];
-    if (even.band[b] > 0.0f) share.band[b] = np_clampf(turned / even.band[b], 0.0f, share_max);
+    const float higher = np_maxf(c->higher.band[b], 0.0f);
+    out.aureole.band[b] = np_minf(expm1f(forward.band[b]) * c->first.band[b], higher);
+    const float straight = out.aureole.band[b] + cell->forward.band[b] * c->beyond.band[b];
+    out.turned.band[b] = np_maxf(higher - straight - clear->lower.band[b] * cell->lower.band[b], 0.0f);
+    out.even.band[b] = clear->upper.band[b] * cell->upper.band[b];
   }
-  return share;
-}
-
-/* Change of the air's light by clouds and hills. */
-static np_lit_air_value get_change(const loss_job *job, np_dvec3 place) {
-  np_lit_air_value out = {.way = {0}};
-  if (job->lit_air) out = np_lit_air_get(job->lit_air, place);
-  if (!job->among_hills) return out;
-  const np_lit_air_value hills = np_lit_air_get(job->among_hills, place);
-  out.upper = np_spectrum_add(out.upper, hills.upper);
-  out.lower = np_spectrum_add(out.lower, hills.lower);
   return out;
 }
 
-/* Change of a cell's light around the sun: it is lost in the shade, and where clouds or hills hide the sky. */
-static float lose_aureole(const ray_cell *c, float aureole, float change, float clear) {
-  const float hidden = clear > 0.0f ? np_clampf(-change / clear, 0.0f, 1.0f) : 0.0f;
-  return -aureole * np_maxf(c->shaded, hidden);
+/* Change of the radiance of a ray: light of the higher orders that is lost, 0 or less, and other light. */
+typedef struct ray_change {
+  np_spectrum lost, other;
+} ray_change;
+
+/* Light of the higher orders is several times even light towards the sun, and less away from it. */
+static const float unevenness_max = 8.0f;
+
+/* Share of the light around the sun that a cell lacks: in the shade, where clouds take as much of the sky's light, and
+ * where hills hide more than half of that, of which it is the last. */
+static float lack_aureole(const ray_cell *c, float by_clouds, float by_hills, float clear) {
+  if (!(clear > 0.0f)) return c->shaded;
+  return np_minf(np_maxf(c->shaded, np_maxf(-by_clouds / clear, -2.0f * by_hills / clear - 1.0f)), 1.0f);
 }
 
-/* Radiance that clouds and hills add to a ray in a cell. `*forward`: optical depth of what it scatters straight on. */
-static np_spectrum scatter(const loss_job *job, const ray_cell *c, const np_hemisphere_shares *shares,
-                           np_spectrum *transmittance, np_spectrum *forward) {
-  const np_lit_air_value change = get_change(job, c->middle);
-  const np_clear_flux clear = np_lit_air_get_clear(job->lit_air ? job->lit_air : job->among_hills, c->middle.z);
-  const float length = np_vec3_length(change.way);
-  const float cosine = length > 0.0f ? np_vec3_dot(c->direction, change.way) / length : 0.0f;
+/* The change of a cell's light by clouds and hills. `*straight`: optical depth of what the cell scatters straight on.
+ *
+ * What clouds take from above counts as a share of the turned light that there is in clear air; towards the sun that is
+ * more than their light, which comes evenly, replaces. Among hills turned light is even light, of which the hidden
+ * share is lost, and what the light around the sun adds to it, of which the share is lost that is lacking itself. */
+static ray_change scatter(const loss_job *job, const ray_cell *c, const np_hemisphere_shares *shares,
+                          np_spectrum *transmittance, np_spectrum *straight) {
+  const np_lit_air *air = job->lit_air, *hilly = job->among_hills;
+  const np_lit_air_value clouds = air ? np_lit_air_get(air, c->middle) : (np_lit_air_value){.way = {0}},
+                         hills = hilly ? np_lit_air_get(hilly, c->middle) : (np_lit_air_value){.way = {0}};
+  const np_clear_flux clear = np_lit_air_get_clear(air ? air : hilly, c->middle.z);
+  const float length = np_vec3_length(clouds.way);
+  const float cosine = length > 0.0f ? np_vec3_dot(c->direction, clouds.way) / length : 0.0f;
   const np_air_beam beam = {np_clampf(1.0f - cosine, 0.0f, 2.0f), np_minf(length, 1.0f)};
   const np_air_cell cell =
-      np_air_cell_cross(job->world->atmosphere, c->middle, c->length_m, shares, &beam, transmittance);
-  const np_spectrum aureole = compute_aureole(job, c), unevenness = compute_unevenness(c, aureole, &cell, &clear);
-  np_spectrum out =
-      np_spectrum_add(np_spectrum_multiply(change.beam, cell.beam), np_spectrum_multiply(change.lower, cell.lower));
+      np_air_cell_cross(job->world->atmosphere, c->middle, c->length_m, shares, c->direction.z, &beam, transmittance);
+  const clear_parts parts = split_clear(job, c, &cell, &clear);
+  ray_change out;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float upper = change.upper.band[b];
-    out.band[b] += upper * cell.upper.band[b] * (upper < 0.0f ? unevenness.band[b] : 1.0f) +
-                   lose_aureole(c, aureole.band[b], upper, clear.upper.band[b]);
+    const float turned = parts.turned.band[b], even = parts.even.band[b], upper = cell.upper.band[b],
+                by_clouds = clouds.upper.band[b], by_hills = hills.hidden.band[b];
+    const float lacking = lack_aureole(c, by_clouds, by_hills, clear.upper.band[b]);
+    const float unevenness = even > 0.0f ? np_minf(turned / even, unevenness_max) : 1.0f;
+    const float taken = unevenness > 1.0f ? clouds.hidden.band[b] : np_minf(by_clouds, 0.0f);
+    out.lost.band[b] = taken * unevenness * upper - lacking * parts.aureole.band[b];
+    if (hilly) out.lost.band[b] += np_minf(by_hills * upper - lacking * (turned - even), 0.0f);
+    out.other.band[b] = (by_clouds - taken + hills.upper.band[b] - by_hills) * upper +
+                        (clouds.lower.band[b] + hills.lower.band[b]) * cell.lower.band[b] +
+                        clouds.beam.band[b] * cell.beam.band[b];
   }
-  *forward = cell.forward;
+  *straight = cell.forward;
   return out;
 }
 
-/* Adds a cell's change to that of the cells before it, which scatter its loss straight on: what is lost along a ray is
- * lost to the haze before it too. Gains are not handed on. `*passed`: optical depth of what those cells scatter so. */
-static void add_cell(const ray_cell *c, np_spectrum change, np_spectrum forward, np_spectrum *passed,
-                     np_spectrum *added) {
-  for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float handed = expm1f(passed->band[b] + 0.5f * forward.band[b]);
-    added->band[b] += change.band[b] + handed * (fminf(change.band[b], 0.0f) - c->shaded * c->first.band[b]);
-    passed->band[b] += forward.band[b];
+/* ---- Around a ray ---- */
+
+/* Directions around a ray, and sine of their angle to it: that of the middle of what haze scatters straight on. */
+enum { AROUND = 12 };
+static const float around_sine = 0.26f;
+
+/* Distances of the ground along a ray and around it; infinite: there is none. */
+typedef struct ground_around {
+  double distance_m[AROUND + 1];
+} ground_around;
+
+static double compute_ground(const loss_job *job, np_vec3 towards) {
+  np_ground_hit hit;
+  const bool has_hit = np_world_intersect_ground(job->world, job->visibility->rays.origin, towards, &hit);
+  return has_hit ? hit.distance_m : HUGE_VAL;
+}
+
+static void find_ground(const loss_job *job, np_vec3 direction, ground_around *out) {
+  const np_vec3 aside = fabsf(direction.z) < 0.9f ? np_vec3_make(0.0f, 0.0f, 1.0f) : np_vec3_make(1.0f, 0.0f, 0.0f);
+  const np_vec3 first = np_vec3_normalize(np_vec3_cross(direction, aside)), second = np_vec3_cross(direction, first);
+  out->distance_m[AROUND] = compute_ground(job, direction);
+  for (int i = 0; i < AROUND; i++) {
+    const float angle = 2.0f * NP_PI_F * ((float)i + 0.5f) / AROUND;
+    const np_vec3 away = np_vec3_add(np_vec3_scale(first, cosf(angle)), np_vec3_scale(second, sinf(angle)));
+    out->distance_m[i] =
+        compute_ground(job, np_vec3_normalize(np_vec3_add(direction, np_vec3_scale(away, around_sine))));
   }
+}
+
+/* Share of those directions in which no ground is nearer than a distance. */
+static float compute_open_share(const ground_around *around, double distance_m) {
+  int count = 0;
+  for (int i = 0; i <= AROUND; i++) count += around->distance_m[i] >= distance_m;
+  return (float)count / (AROUND + 1);
+}
+
+/* Adds a cell's change to that of the cells before it, which hand on straight what is lost on the whole. */
+static void add_cell(const ray_cell *c, const ray_change *change, np_spectrum straight, np_air_part *sum) {
+  const float before = np_spectrum_mean(sum->straight), length = np_spectrum_mean(straight);
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float handed = expm1f(sum->straight.band[b] + 0.5f * straight.band[b]), lost = change->lost.band[b];
+    sum->lost.band[b] += lost + handed * (np_minf(lost + change->other.band[b], 0.0f) - c->shaded * c->first.band[b]);
+    sum->other.band[b] += change->other.band[b];
+    sum->straight.band[b] += straight.band[b];
+  }
+  if (length > 0.0f) sum->covered += (c->shaded - sum->covered) * length / (before + length);
 }
 
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
@@ -435,22 +180,37 @@ static air_sums sum_air(const np_sky_ray *ray, double distance_m) {
   return sums;
 }
 
+/* Radiance along a ray of clear air: of the sky, or of bare ground and the air before it. */
+static np_spectrum compute_clear(const loss_job *job, np_vec3 direction, const np_sky_ray *ray, np_spectrum air) {
+  np_world bare = *job->world;
+  bare.terrain = NULL;
+  bare.cloud_sky = bare.camera_sky;
+  np_ground_hit hit;
+  if (!np_world_intersect_ground(&bare, job->visibility->rays.origin, direction, &hit)) return air;
+  const np_spectrum transmittance = np_sky_ray_get_air(ray, hit.distance_m, NULL).transmittance;
+  return np_spectrum_add(air, np_spectrum_multiply(transmittance, np_gather_air_light_ground(&bare, &hit)));
+}
+
 /* Computes a node's changes from plane to plane; past the ray's end they stay constant. */
 static void lose_node(const loss_job *job, size_t node) {
   const np_air_visibility *v = job->visibility;
   const np_air_rays *r = &v->rays;
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
-  const np_vec3 direction =
-      compute_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
+  const np_vec3 direction = np_air_rays_get_direction(r, (float)(r->begin[0] + (int)(node % width)),
+                                                      (float)(r->begin[1] + (int)(node / width)));
   const double ground = (double)v->ground_m[node];
   const np_sky_ray ray = np_sky_ray_start(job->world->camera_sky, direction);
   const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
   const np_spectrum whole = sum_air(&ray, INFINITY).all;
-  np_spectrum lost = np_spectrum_grey(0.0f), added = lost, passed = lost, transmittance = np_spectrum_grey(1.0f);
+  np_spectrum lost = np_spectrum_grey(0.0f), transmittance = np_spectrum_grey(1.0f);
+  np_air_part sum = {.covered = 0.0f};
+  ground_around around;
+  if (job->out->parts) find_ground(job, direction, &around);
   air_sums before = {lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
-    const double end = fmin(compute_plane(v->reach_m, c), ground);
+    const double end = fmin(np_air_rays_get_plane(v->reach_m, c), ground);
+    const size_t place = node * PLANES + (size_t)c;
     const air_sums up_to = c > 0 && !(end > begin) ? before : sum_air(&ray, end);
     if (c < CELLS && end > begin) {
       const np_spectrum first = np_spectrum_subtract(up_to.first, before.first);
@@ -464,17 +224,22 @@ static void lose_node(const loss_job *job, size_t node) {
           .beyond = np_spectrum_subtract(whole, np_spectrum_mix(before.all, up_to.all, 0.5f)),
       };
       lost = np_spectrum_add_scaled(lost, cell.shaded, first);
-      if (job->out->added) {
-        np_spectrum forward;
-        const np_spectrum change = scatter(job, &cell, &shares, &transmittance, &forward);
-        add_cell(&cell, change, forward, &passed, &added);
+      if (job->out->parts) {
+        np_spectrum straight;
+        const ray_change change = scatter(job, &cell, &shares, &transmittance, &straight);
+        add_cell(&cell, &change, straight, &sum);
       }
     }
     before = up_to;
     begin = end;
-    keep(lost, up_to.first, job->out->visible_fraction[node * PLANES + (size_t)c]);
-    if (job->out->added) job->out->added[node * PLANES + (size_t)c] = added;
+    keep(lost, up_to.first, job->out->visible_fraction[place]);
+    if (!job->out->parts) continue;
+    job->out->parts[place] = sum;
+    job->out->parts[place].covered *= compute_open_share(&around, end);
   }
+  if (job->out->parts)
+    job->out->nodes[node] =
+        (np_air_node){compute_clear(job, direction, &ray, whole), 1.0f - compute_open_share(&around, HUGE_VAL)};
 }
 
 static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thread) {
@@ -486,11 +251,15 @@ static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thr
 neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, const np_lit_air *lit_air,
                                 const np_lit_air *among_hills, np_monitor *monitor, np_air_shadow *out) {
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
-  const size_t count = count_nodes(&visibility->rays);
+  const size_t count = np_air_rays_count(&visibility->rays);
   out->visible_fraction = np_alloc(out->context, count * PLANES, sizeof *out->visible_fraction);
   const bool is_lit = (lit_air || among_hills) && world->atmosphere;
-  if (is_lit) out->added = np_alloc(out->context, count * PLANES, sizeof *out->added);
-  if (!out->visible_fraction || (is_lit && !out->added)) return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
+  if (is_lit) {
+    out->parts = np_alloc(out->context, count * PLANES, sizeof *out->parts);
+    out->nodes = np_alloc(out->context, count, sizeof *out->nodes);
+  }
+  const bool has_all = out->visible_fraction && (!is_lit || (out->parts && out->nodes));
+  if (!has_all) return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
   loss_job job = {visibility, world, lit_air, among_hills, out, {{{0.0f}}}};
   for (int level = 0; is_lit && level < SUN_LEVELS; level++)
     job.sun_forward[level] =
@@ -503,12 +272,13 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
 
 void np_air_shadow_clear(np_air_shadow *shadow) {
   np_alloc_free(shadow->context, shadow->visible_fraction);
-  np_alloc_free(shadow->context, shadow->added);
+  np_alloc_free(shadow->context, shadow->parts);
+  np_alloc_free(shadow->context, shadow->nodes);
   *shadow = (np_air_shadow){0};
 }
 
 double np_air_shadow_measure(const np_air_shadow *shadow) {
-  const size_t count = count_nodes(&shadow->visibility->rays);
+  const size_t count = np_air_rays_count(&shadow->visibility->rays);
   double seen = 0.0;
   for (size_t node = 0; node < count; node++)
     for (int b = 0; b < NP_BAND_COUNT; b++) seen += (double)shadow->visible_fraction[node * PLANES + PLANES - 1][b];
@@ -516,6 +286,22 @@ double np_air_shadow_measure(const np_air_shadow *shadow) {
 }
 
 /* ---- Queries ---- */
+
+/* Index of the plane before a distance, or the first, and the fraction to the next. */
+static int compute_plane_before(double reach_m, double distance_m, float *out_part) {
+  int plane = 0;
+  if (distance_m < reach_m) {
+    const double x = sqrt(distance_m / reach_m) * CELLS - 1.0;
+    plane = x > 0.0 ? (int)x : 0;
+    *out_part = (float)fmax(x - plane, 0.0);
+    return plane;
+  }
+  for (plane = CELLS - 1; plane + 2 < PLANES && np_air_rays_get_plane(reach_m, plane + 1) <= distance_m; plane++)
+    continue;
+  const double near = np_air_rays_get_plane(reach_m, plane), far = np_air_rays_get_plane(reach_m, plane + 1);
+  *out_part = isfinite(far) ? (float)((distance_m - near) / (far - near)) : (float)(1.0 - near / distance_m);
+  return plane;
+}
 
 /* Weight of a ray that ends at `ground_m`, at a distance. */
 static float compute_weight(float ground_m, double distance_m) {
@@ -555,7 +341,24 @@ static void locate(const np_air_rays *r, const np_view_ray *view, int32_t out_lo
   }
 }
 
-np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m) {
+/* Adds the change between two planes of a node, `part` of the way from the nearer. */
+static void add_parts(const np_air_part *near, const np_air_node *node, float part, float weight, float begun,
+                      np_ray_end end, np_air_change *sum) {
+  const np_air_part *far = near + 1;
+  const float share = end == NP_RAY_END_CLOUD    ? np_mixf(near->covered, far->covered, part)
+                      : end == NP_RAY_END_GROUND ? node->ground_share
+                                                 : 0.0f;
+  const np_spectrum lost = np_spectrum_mix(near->lost, far->lost, part),
+                    other = np_spectrum_mix(near->other, far->other, part),
+                    straight = np_spectrum_mix(near->straight, far->straight, part);
+  sum->lost = np_spectrum_add_scaled(sum->lost, weight * begun, lost);
+  sum->other = np_spectrum_add_scaled(sum->other, weight * begun, other);
+  sum->straight = np_spectrum_add_scaled(sum->straight, weight * begun * share, straight);
+  sum->clear = np_spectrum_add_scaled(sum->clear, weight, node->clear);
+}
+
+np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m,
+                                np_ray_end end) {
   const np_air_visibility *v = shadow->visibility;
   const np_air_rays *r = &v->rays;
   int32_t lower[2];
@@ -563,9 +366,9 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
   locate(r, view, lower, part);
   const int plane = compute_plane_before(v->reach_m, distance_m, &along);
   const double within = fmin(distance_m, 1e9);
-  const float begun = (float)fmin(distance_m / compute_plane(v->reach_m, 0), 1.0);
+  const float begun = (float)fmin(distance_m / np_air_rays_get_plane(v->reach_m, 0), 1.0);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
-  np_air_change sum = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
+  np_air_change sum = {.lost_share = {{0.0f}}};
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
     const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
@@ -575,11 +378,11 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
     const uint16_t *near = shadow->visible_fraction[first], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
       sum.lost_share.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);
-    if (shadow->added)
-      sum.added = np_spectrum_add_scaled(sum.added, weight * begun,
-                                         np_spectrum_mix(shadow->added[first], shadow->added[first + 1], along));
+    if (shadow->parts) add_parts(&shadow->parts[first], &shadow->nodes[node], along, weight, begun, end, &sum);
     weights += weight;
   }
-  return (np_air_change){np_spectrum_scale(sum.lost_share, 1.0f / weights),
-                         np_spectrum_scale(sum.added, 1.0f / weights)};
+  const float all = 1.0f / weights;
+  return (np_air_change){np_spectrum_scale(sum.lost_share, all), np_spectrum_scale(sum.lost, all),
+                         np_spectrum_scale(sum.other, all), np_spectrum_scale(sum.straight, all),
+                         np_spectrum_scale(sum.clear, all)};
 }

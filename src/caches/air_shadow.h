@@ -7,92 +7,50 @@
  *
  *     lost(t) = ∫ (1 − V) dI
  *
- * V is a matter of places alone. It is found along rays through a grid of pixels, in cells that lie as squares of the
- * distance, as means over look-ups of the sun optical-depth volume and of the terrain, spread over the cells and over
- * the sun's disk by a low-discrepancy sequence. From it each packet of wavelengths makes the share lost(t)/I(t), which
- * is smooth even where I is not, as at the horizon, and is what is read in between rays. A ray that ends at a hill
- * counts little for what lies behind that hill.
+ * V is a matter of places alone (air_visibility.h). From it each packet of wavelengths makes the share lost(t)/I(t),
+ * which is smooth even where I is not, as at the horizon, and is what is read in between rays. A ray that ends at a
+ * hill counts little for what lies behind that hill.
  *
  * The disk is half a degree wide, so that edges of shadows which are seen along their sides are as wide: rays a quarter
  * of a degree apart show them all.
  *
  * Light that the air scatters more often is that without clouds, changed by what clouds scatter into the air, hide of
- * sky and ground and keep from the ground, where that is known (caches/lit_air.h), as if it came evenly from either
- * hemisphere. That can be more than they take. What haze scatters nearly straight on counts as not scattered: it lacks
- * what the first order lacks behind it and on its way from the sun.
+ * sky and ground and keep from the ground, where that is known (caches/lit_air.h). That can be more than they take.
+ * What haze scatters nearly straight on counts as not scattered: it lacks what the first order lacks behind it and on
+ * its way from the sun, and the light behind whatever ends the ray.
  *
- * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.
+ * It depends on what the visibility depends on and on the camera's sky.
  */
 #ifndef NP_CACHES_AIR_SHADOW_H
 #define NP_CACHES_AIR_SHADOW_H
 
+#include "caches/air_visibility.h"
 #include "caches/lit_air.h"
-#include "caches/sun_optical_depth.h"
-
-/* Numbers of cells along a ray, and of planes at which shares are stored: at the ends of cells, at two, four and eight
- * times the last end, and at infinity. */
-enum { NP_AIR_SHADOW_CELLS = 48, NP_AIR_SHADOW_PLANES = NP_AIR_SHADOW_CELLS + 4 };
-
-/* A camera ray for queries of its air: from the eye, through a place of the film in pixels. */
-typedef struct np_view_ray {
-  np_dvec3 eye;
-  np_vec3 direction;
-  float film[2];
-  const np_sky_ray *sky_ray; /* in the camera's sky; NULL: each query starts one */
-} np_view_ray;
-
-/* Projection that is not a plane: direction through a place of its film. */
-typedef struct np_air_film {
-  const void *camera; /* borrowed */
-  np_vec3 (*get_direction)(const void *camera, float x, float y);
-  float spacing; /* spacing of nodes in pixels */
-} np_air_film;
-
-/* Rays through the nodes of a grid over the picture. The direction of node (i, j) is forward + (i − middle[0])·right +
- * (j − middle[1])·down, or is defined by the film. Nodes have the indices of the whole picture, also where a part of it
- * is stored. */
-typedef struct np_air_rays {
-  np_air_film film; /* `camera` NULL: a plane */
-  np_dvec3 origin;
-  np_vec3 forward, right, down;
-  float middle[2];
-  int32_t begin[2], end[2];             /* range of stored nodes */
-  int32_t whole_begin[2], whole_end[2]; /* range of nodes of the whole picture */
-} np_air_rays;
-
-/* Shadow casters, and air that clouds light: boxes of the world. */
-typedef struct np_air_casters {
-  unsigned count;
-  np_dvec3 low[2], high[2];
-  bool has_lit, is_lit_by_fire; /* light of fires counts where the sun's does not */
-  np_dvec3 lit_low, lit_high;
-} np_air_casters;
-
-/* Mean visibility of the sun in each cell of each ray. */
-typedef struct np_air_visibility {
-  neph_context *context; /* borrowed */
-  np_air_rays rays;
-  double reach_m;  /* distance at which the last cell ends */
-  float *seen;     /* visibilities: nodes × NP_AIR_SHADOW_CELLS */
-  float *ground_m; /* distance at which the ray of each node ends; infinite: none */
-} np_air_visibility;
-
-/* Computes visibilities for the world's light and its camera sky, which limits the distance. The same bits for any
- * number of threads, and for a node whatever others are stored. On failure `*out` is empty. */
-neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_optical_depths *depths,
-                                    const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
-                                    np_air_visibility *out);
-void np_air_visibility_clear(np_air_visibility *visibility);
 
 /* Unit of stored shares: shadowed light in three bands over the light of the first order. The value represents a share
  * of 1. */
 #define NP_AIR_SHADOW_UNIT 65535.0f
 
+/* Change of the air's light by clouds and hills up to a place, beside that of the first order. */
+typedef struct np_air_part {
+  np_spectrum lost;     /* light of the higher orders that is lost, 0 or less */
+  np_spectrum other;    /* other light of clouds, hills and ground */
+  np_spectrum straight; /* optical depth of what haze scatters straight on, as if it were not scattered */
+  float covered;        /* share of `straight` in the shade, in the directions around without ground before the place */
+} np_air_part;
+
+/* A whole ray. */
+typedef struct np_air_node {
+  np_spectrum clear;  /* radiance along it in clear air, of sky or bare ground */
+  float ground_share; /* share of the directions around it that meet the ground */
+} np_air_node;
+
 typedef struct np_air_shadow {
   neph_context *context;                       /* borrowed */
   const np_air_visibility *visibility;         /* borrowed */
   uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
-  np_spectrum *added; /* radiance that clouds and hills add to the air, as many; NULL: it is unknown */
+  np_air_part *parts;                          /* one for each of these; NULL: the change is unknown */
+  np_air_node *nodes;                          /* beside `parts` */
 } np_air_shadow;
 
 /* Computes lost light for the world's camera sky; with the change of the air's light by clouds, `lit_air`, and by
@@ -104,13 +62,21 @@ void np_air_shadow_clear(np_air_shadow *shadow);
 /* Mean share of the first order that is lost along the nodes' rays. */
 double np_air_shadow_measure(const np_air_shadow *shadow);
 
+/* Whatever ends a ray at a place hides the light behind it from the haze before it, which scatters that light straight
+ * on: over the share of the directions around in which the ground is met, or, for clouds, over that of the haze that
+ * they shade. Water is as the sky's tables have it. */
+typedef enum np_ray_end { NP_RAY_END_NONE, NP_RAY_END_CLOUD, NP_RAY_END_GROUND } np_ray_end;
+
 /* Change of the air's light up to a distance. */
 typedef struct np_air_change {
-  np_spectrum lost_share; /* share of the first order's in-scatter that is lost */
-  np_spectrum added;      /* radiance; below 0 where clouds hide more light from the air than they give it */
+  np_spectrum lost_share;  /* share of the first order's in-scatter that is lost */
+  np_spectrum lost, other; /* those of np_air_part */
+  np_spectrum straight;    /* optical depth of what is scattered straight on, of the light that the end hides */
+  np_spectrum clear;       /* radiance along the whole ray in clear air */
 } np_air_change;
 
 /* Infinity is allowed. */
-np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m);
+np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m,
+                                np_ray_end end);
 
 #endif

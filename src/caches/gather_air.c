@@ -12,8 +12,7 @@ static double compute_cell_end(int cell) { return reach_m * cell * cell / (CELLS
 
 /* ---- Clear air ---- */
 
-/* Radiance of the ground under a clear sky. */
-static np_spectrum compute_ground(const np_world *world, const np_ground_hit *hit) {
+np_spectrum np_gather_air_light_ground(const np_world *world, const np_ground_hit *hit) {
   const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
   const float up = np_vec3_dot(np_zenith(hit->position, world->planet_radius_m), world->to_sun);
   const np_spectrum level = np_spectrum_add_scaled(np_world_level_irradiance(world, hit), np_maxf(up, 0.0f), sun);
@@ -42,23 +41,34 @@ void np_gather_air_trace(const np_cloud_gather *g, np_dvec3 from, np_vec3 toward
   }
   const np_aerial_perspective air = np_world_air(world, NULL, from, towards, hit.distance_m);
   const np_spectrum light = sky ? np_sky_trace_air(sky, from, towards, hit.distance_m).inscatter : none.all;
-  out->clear = np_spectrum_add(np_spectrum_multiply(compute_ground(world, &hit), air.transmittance), light);
+  out->clear = np_spectrum_add(np_spectrum_multiply(np_gather_air_light_ground(world, &hit), air.transmittance), light);
 }
 
-/* Clear air up to a distance: transmittance and light of all orders, between the ends of cells. */
-static np_aerial_perspective interpolate(const np_gather_air *a, double distance_m) {
+/* Clear air up to a distance, between the ends of cells: transmittance, what is scattered straight on as not scattered,
+ * and light of all orders. */
+typedef struct clear_air {
+  np_spectrum transmittance, passed, light;
+} clear_air;
+
+static clear_air interpolate(const np_gather_air *a, double distance_m) {
   int c = 0;
   while (c < CELLS - 1 && compute_cell_end(c + 1) < distance_m) c++;
   const double near = compute_cell_end(c), far = compute_cell_end(c + 1);
   const float part = (float)np_clamp((distance_m - near) / (far - near), 0.0, 1.0);
-  return (np_aerial_perspective){np_spectrum_mix(a->up_to[c].transmittance, a->up_to[c + 1].transmittance, part),
-                                 np_spectrum_mix(a->up_to[c].all, a->up_to[c + 1].all, part)};
+  const np_air_parts *before = &a->up_to[c], *behind = before + 1;
+  clear_air out = {np_spectrum_mix(before->transmittance, behind->transmittance, part),
+                   {{0.0f}},
+                   np_spectrum_mix(before->all, behind->all, part)};
+  const np_spectrum straight = np_spectrum_mix(before->straight, behind->straight, part);
+  for (int b = 0; b < NP_BAND_COUNT; b++) out.passed.band[b] = expf(straight.band[b]);
+  return out;
 }
 
 /* ---- A ray ---- */
 
 np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray, np_spectrum light) {
-  return np_spectrum_multiply(light, interpolate(air, (double)ray->cloud_m).transmittance);
+  const clear_air before = interpolate(air, (double)ray->cloud_m);
+  return np_spectrum_multiply(light, np_spectrum_multiply(before.transmittance, before.passed));
 }
 
 np_spectrum np_gather_air_estimate(const np_cloud_gather *g, np_dvec3 origin, np_vec3 towards, double cloud_m) {
@@ -84,7 +94,8 @@ static float compute_shade(const np_cloud_gather *g, np_dvec3 place) {
 
 /* Clear light that clouds or a hill hide. */
 static np_spectrum hide(const np_gather_air *a, const np_gather_ray *ray) {
-  const np_spectrum hidden = np_spectrum_subtract(a->clear, interpolate(a, (double)ray->cloud_m).inscatter);
+  const clear_air before = interpolate(a, (double)ray->cloud_m);
+  const np_spectrum hidden = np_spectrum_multiply(np_spectrum_subtract(a->clear, before.light), before.passed);
   return np_spectrum_scale(hidden, ray->transmittance - 1.0f);
 }
 
@@ -96,20 +107,22 @@ np_spectrum np_gather_air_change(const np_cloud_gather *g, const np_gather_air *
   for (int c = 0; np_gather_air_get_cell(ray, c, offset, &share, &place); c++) {
     const np_spectrum first = np_spectrum_subtract(a->up_to[c + 1].first, a->up_to[c].first);
     if (np_spectrum_is_zero(first)) continue;
-    out = np_spectrum_add_scaled(out, -share * compute_shade(g, np_dvec3_along(origin, towards, place)), first);
+    const np_spectrum passed = interpolate(a, place).passed;
+    out = np_spectrum_add_scaled(out, -share * compute_shade(g, np_dvec3_along(origin, towards, place)),
+                                 np_spectrum_multiply(first, passed));
   }
   return out;
 }
 
 np_spectrum np_gather_air_change_by_hills(const np_cloud_gather *g, const np_gather_air *a, np_vec3 towards,
-                                          np_dvec3 origin, double offset, bool is_shade_known, np_gather_ray *ray) {
+                                          np_dvec3 origin, double offset, bool is_shade_known, np_gather_ray *ray,
+                                          np_spectrum *out_shine) {
   np_ground_hit hill;
   const double end_m = np_cloud_gather_find_ground(g, origin, towards, &hill);
   const bool is_hidden = end_m < reach_m;
   ray->end_m = is_hidden ? (float)end_m : INFINITY;
   ray->cloud_m = is_hidden ? (float)end_m : 0.0f;
   ray->transmittance = is_hidden ? 0.0f : 1.0f;
-  const np_spectrum change = is_shade_known ? hide(a, ray) : np_gather_air_change(g, a, towards, origin, ray, offset);
-  if (!is_hidden) return change;
-  return np_spectrum_add(change, np_gather_air_dim(a, ray, np_cloud_gather_light_hill(g, &hill)));
+  *out_shine = is_hidden ? np_gather_air_dim(a, ray, np_cloud_gather_light_hill(g, &hill)) : np_spectrum_grey(0.0f);
+  return is_shade_known ? hide(a, ray) : np_gather_air_change(g, a, towards, origin, ray, offset);
 }

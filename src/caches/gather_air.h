@@ -5,10 +5,11 @@
  * Along a ray from a place, with clear air's light A(d) and transmittance T(d) up to a distance d, the radiance of the
  * whole clear ray R, and clouds of transmittance t and light C whose middle is at d,
  *
- *     change = T·C − (1 − t)·(R − A) − Σ v·s·first + Σ v·(upper·J↓ + lower·J↑)
+ *     change = e^Φ·(T·C − (1 − t)·(R − A)) − Σ v·s·e^Φ·first + Σ v·(upper·J↓ + lower·J↑)
  *
  * over cells of the air, with s the shade of the sun, v = 1 before the clouds and t behind them, and J the change of
- * the actinic flux that lit_air.h holds: dimmed air scatters less light to its neighbours.
+ * the actinic flux that lit_air.h holds: dimmed air scatters less light to its neighbours. What haze scatters nearly
+ * straight on counts as not scattered, of which Φ is the optical depth before the clouds or the cell.
  */
 #ifndef NP_CACHES_GATHER_AIR_H
 #define NP_CACHES_GATHER_AIR_H
@@ -23,6 +24,9 @@ typedef struct np_gather_air {
   np_spectrum clear;                           /* radiance of the clear sky, or of ground with the air before it */
   np_air_parts up_to[NP_GATHER_AIR_CELLS + 1]; /* up to the end of each cell, from no air on */
 } np_gather_air;
+
+/* Radiance of bare ground under a clear sky. */
+np_spectrum np_gather_air_light_ground(const np_world *world, const np_ground_hit *hit);
 
 void np_gather_air_trace(const np_cloud_gather *gather, np_dvec3 from, np_vec3 towards, np_gather_air *out);
 
@@ -39,10 +43,11 @@ typedef struct np_gather_ray {
 np_spectrum np_gather_air_change(const np_cloud_gather *gather, const np_gather_air *air, np_vec3 towards,
                                  np_dvec3 origin, const np_gather_ray *ray, double offset);
 
-/* The change of the radiance along a ray by hills, for air that was traced over a sphere without them: by what they
- * hide and shine, and shade, if that is not known. The ray's hill is stored. */
+/* The change of the radiance along a ray by what hills hide, and shade, if that is not known, for air that was traced
+ * over a sphere without them. `*out_shine`: what the ray's hill adds, which is stored. */
 np_spectrum np_gather_air_change_by_hills(const np_cloud_gather *gather, const np_gather_air *air, np_vec3 towards,
-                                          np_dvec3 origin, double offset, bool is_shade_known, np_gather_ray *out_ray);
+                                          np_dvec3 origin, double offset, bool is_shade_known, np_gather_ray *out_ray,
+                                          np_spectrum *out_shine);
 
 /* Light of clouds, attenuated by the air before them. */
 np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray, np_spectrum light);

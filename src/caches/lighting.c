@@ -1,13 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/lighting.h"
 
-/* Removes from in-scatter up to a distance the share shadowed by clouds and hills, and adds the clouds' light; `first`
- * is its first order. Never negative: tables of the whole and of the first order are interpolated separately. */
-static np_spectrum shade(const np_air_shadow *shadow, const np_view_ray *view, double distance_m, np_spectrum light,
-                         np_spectrum first) {
-  const np_air_change change = np_air_shadow_get(shadow, view, distance_m);
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    light.band[b] = fmaxf(light.band[b] - change.lost_share.band[b] * first.band[b] + change.added.band[b], 0.0f);
+/* The lesser of a loss and what there is, without an edge where they meet. */
+static float limit_loss(float loss, float there) {
+  if (!(loss > 0.0f) || !(there > 0.0f)) return loss > 0.0f ? 0.0f : loss;
+  const float ratio = fminf(loss / there, 1e3f), square = ratio * ratio, fourth = square * square;
+  return loss / sqrtf(sqrtf(sqrtf(1.0f + fourth * fourth)));
+}
+
+/* Changes in-scatter up to a distance by what clouds and hills take and give; `first` is its first order. No more is
+ * lost than there is: tables of the whole and of the first order are interpolated separately. */
+static np_spectrum shade(const np_air_change *change, np_spectrum light, np_spectrum first) {
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float higher = fmaxf(light.band[b] - first.band[b], 0.0f),
+                behind = expm1f(change->straight.band[b]) * fmaxf(change->clear.band[b] - light.band[b], 0.0f),
+                lost = limit_loss(behind - change->lost.band[b], higher) + change->lost_share.band[b] * first.band[b];
+    light.band[b] = fmaxf(light.band[b] - lost + change->other.band[b], 0.0f);
+  }
   return light;
 }
 
@@ -17,9 +26,9 @@ np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *
   np_spectrum first;
   const np_sky_ray ray = np_sky_ray_start(world->camera_sky, view->direction);
   (void)np_sky_ray_get_air(&ray, INFINITY, &first);
+  const np_air_change change = np_air_shadow_get(lighting->air_shadow, view, INFINITY, NP_RAY_END_NONE);
   const np_spectrum clear = np_sky_radiance(world->camera_sky, view->direction);
-  return np_world_add_beyond(world, view->eye, view->direction,
-                             shade(lighting->air_shadow, view, INFINITY, clear, first));
+  return np_world_add_beyond(world, view->eye, view->direction, shade(&change, clear, first));
 }
 
 np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, const np_view_ray *view) {
@@ -32,7 +41,7 @@ np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *
 }
 
 np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world,
-                                             const np_view_ray *view, double distance_m) {
+                                             const np_view_ray *view, double distance_m, np_ray_end end) {
   const neph_sky *sky = world->camera_sky;
   if (!sky || (!lighting->air_shadow && !view->sky_ray))
     return np_world_air(world, sky, view->eye, view->direction, distance_m);
@@ -42,7 +51,9 @@ np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const 
   if (!lighting->air_shadow) return np_sky_ray_get_air(ray, distance_m, NULL);
   np_spectrum first;
   np_aerial_perspective air = np_sky_ray_get_air(ray, distance_m, &first);
-  air.inscatter = shade(lighting->air_shadow, view, distance_m, air.inscatter, first);
+  const np_air_change change = np_air_shadow_get(lighting->air_shadow, view, distance_m, end);
+  air.inscatter = shade(&change, air.inscatter, first);
+  for (int b = 0; b < NP_BAND_COUNT; b++) air.transmittance.band[b] *= expf(change.straight.band[b]);
   return air;
 }
 

@@ -42,9 +42,10 @@ np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *
 /* Background radiance: np_lighting_camera_sky plus the disks of sun and moon, through the air. */
 np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, const np_view_ray *view);
 
-/* In-scatter and transmittance between the eye and a point along its ray, with the shadows of clouds and hills. */
+/* In-scatter and transmittance between the eye and a point along its ray, with the shadows of clouds and hills. Beside
+ * these the light of what ends the ray there that haze scatters straight on counts as transmitted. */
 np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world,
-                                             const np_view_ray *view, double distance_m);
+                                             const np_view_ray *view, double distance_m, np_ray_end end);
 
 /* Irradiance of sky, clouds and ground around on the ground. */
 np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world, const np_ground_hit *hit);

@@ -174,10 +174,15 @@ static float weigh(const air_fill *f, np_dvec3 position, np_vec3 towards) {
   return np_fire_rays_weigh(&rays, position, towards, f->direction_count / (4.0 * NP_PI));
 }
 
+/* Change of the radiance along a direction: clear light that is lost, 0 or less, and other light. */
+typedef struct radiance_change {
+  np_spectrum lost, other;
+} radiance_change;
+
 /* Change of the radiance along a direction by clouds and their shadows, but for light that goes to `fires`. Clouds and
  * ground that the ray meets are stored. */
-static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec3 point, int level,
-                                  np_gather_ray *out_ray, fire_flux *fires) {
+static radiance_change compute_change(const air_fill *f, unsigned direction, np_dvec3 point, int level,
+                                      np_gather_ray *out_ray, fire_flux *fires) {
   const np_cloud_gather *g = f->gather;
   const even_direction *d = &f->directions[direction];
   const np_gather_air *air = &d->air[level];
@@ -191,31 +196,37 @@ static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec
                              (float)end_m};
   const np_spectrum all = np_spectrum_add(view.light, view.emitted),
                     light = np_spectrum_scale(np_gather_air_dim(air, out_ray, all), weigh(f, origin, towards));
-  np_spectrum change = np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction));
+  radiance_change change = {np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction)), {{0.0f}}};
   if (g->world->emission)
     add_fire(f, towards, light, fires);
   else
-    change = np_spectrum_add(change, light);
+    change.other = light;
   if (!isfinite(end_m)) return change;
   const np_gather_ray to_ground = {.cloud_m = (float)end_m};
   const np_spectrum ground = np_gather_air_dim(air, &to_ground, compute_ground_change(f, &hit));
-  return np_spectrum_add_scaled(change, view.transmittance, ground);
+  change.other = np_spectrum_add_scaled(change.other, view.transmittance, ground);
+  return change;
 }
 
 /* Change of the radiance along a direction by hills, which are stored. */
-static np_spectrum compute_change_by_hills(const air_fill *f, unsigned direction, np_dvec3 point, int level,
-                                           np_gather_ray *out_ray) {
+static radiance_change compute_change_by_hills(const air_fill *f, unsigned direction, np_dvec3 point, int level,
+                                               np_gather_ray *out_ray) {
   const even_direction *d = &f->directions[direction];
   const np_dvec3 origin = choose_origin(f, point, level, direction);
   out_ray->offset = np_dvec3_to_float(np_dvec3_subtract(origin, point));
-  return np_gather_air_change_by_hills(f->gather, &d->air[level], d->gather.towards, origin, get_shift(direction),
-                                       f->is_shade_known, out_ray);
+  radiance_change change;
+  change.lost = np_gather_air_change_by_hills(f->gather, &d->air[level], d->gather.towards, origin,
+                                              get_shift(direction), f->is_shade_known, out_ray, &change.other);
+  return change;
 }
 
 /* Adds a direction's share of the actinic flux. */
-static void add_flux(const air_fill *f, np_vec3 towards, np_spectrum radiance, np_lit_air_value *sum) {
+static void add_flux(const air_fill *f, np_vec3 towards, radiance_change radiance, np_lit_air_value *sum) {
+  const float share = 4.0f * NP_PI_F / (float)f->direction_count;
+  const np_spectrum all = np_spectrum_add(radiance.lost, radiance.other);
   np_spectrum *half = towards.z > 0.0f ? &sum->upper : &sum->lower;
-  *half = np_spectrum_add_scaled(*half, 4.0f * NP_PI_F / (float)f->direction_count, radiance);
+  *half = np_spectrum_add_scaled(*half, share, all);
+  if (towards.z > 0.0f) sum->hidden = np_spectrum_add_scaled(sum->hidden, share, radiance.lost);
 }
 
 /* Traces the i-th ray towards fires from a place; false past the last. */
@@ -272,7 +283,7 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
     const unsigned count = count_directions(f, point);
     for (unsigned i = 0; i < count; i++) {
       np_gather_ray *ray = &f->rays[n * f->direction_count + i];
-      const np_spectrum change =
+      const radiance_change change =
           f->clear ? compute_change_by_hills(f, i, point, level, ray) : compute_change(f, i, point, level, ray, &fires);
       add_flux(f, f->directions[i].gather.towards, change, &sum);
     }
@@ -285,23 +296,32 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-np_spectrum np_lit_air_along(const np_lit_air *light, const np_gather_air *air, np_vec3 towards, np_dvec3 point,
-                             const np_gather_ray *ray, double offset) {
+/* Change of the air's light along a ray by the lattice's change of its light. */
+static radiance_change scatter_along(const np_lit_air *light, const np_gather_air *air, np_vec3 towards, np_dvec3 point,
+                                     const np_gather_ray *ray, double offset) {
   const np_dvec3 origin = np_dvec3_add(point, np_vec3_to_double(ray->offset));
-  np_spectrum out = np_spectrum_grey(0.0f);
+  radiance_change out = {{{0.0f}}, {{0.0f}}};
   float share;
   double place;
   for (int c = 0; np_gather_air_get_cell(ray, c, offset, &share, &place); c++) {
     const np_lit_air_value change = np_lit_air_get(light, np_dvec3_along(origin, towards, place));
-    const np_spectrum upper = np_spectrum_subtract(air->up_to[c + 1].upper, air->up_to[c].upper),
-                      lower = np_spectrum_subtract(air->up_to[c + 1].lower, air->up_to[c].lower);
+    const np_spectrum upper = np_spectrum_subtract(air->up_to[c + 1].turned_upper, air->up_to[c].turned_upper),
+                      lower = np_spectrum_subtract(air->up_to[c + 1].turned_lower, air->up_to[c].turned_lower);
     const float up = 0.5f + 0.5f * change.way.z; /* the beam's share from above, as that of light spread around it */
-    const np_spectrum from_above = np_spectrum_add_scaled(change.upper, up, change.beam),
+    const np_spectrum other = np_spectrum_subtract(change.upper, change.hidden);
+    const np_spectrum from_above = np_spectrum_add_scaled(other, up, change.beam),
                       from_below = np_spectrum_add_scaled(change.lower, 1.0f - up, change.beam);
-    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(upper, from_above));
-    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(lower, from_below));
+    out.lost = np_spectrum_add_scaled(out.lost, share, np_spectrum_multiply(upper, change.hidden));
+    out.other = np_spectrum_add_scaled(out.other, share, np_spectrum_multiply(upper, from_above));
+    out.other = np_spectrum_add_scaled(out.other, share, np_spectrum_multiply(lower, from_below));
   }
   return out;
+}
+
+np_spectrum np_lit_air_along(const np_lit_air *light, const np_gather_air *air, np_vec3 towards, np_dvec3 point,
+                             const np_gather_ray *ray, double offset) {
+  const radiance_change change = scatter_along(light, air, towards, point, ray, offset);
+  return np_spectrum_add(change.lost, change.other);
 }
 
 /* Adds one order of scattering in the air to the change by the clouds. */
@@ -316,8 +336,8 @@ static neph_result scatter_points(void *user, size_t begin, size_t end, unsigned
     for (unsigned i = 0; i < count; i++) {
       const even_direction *d = &f->directions[i];
       add_flux(f, d->gather.towards,
-               np_lit_air_along(f->out, &d->air[level], d->gather.towards, point, &f->rays[n * f->direction_count + i],
-                                get_shift(i)),
+               scatter_along(f->out, &d->air[level], d->gather.towards, point, &f->rays[n * f->direction_count + i],
+                             get_shift(i)),
                &f->next[n]);
     }
   }
@@ -546,6 +566,7 @@ static np_lit_air_value interpolate(const np_lit_air *a, np_dvec3 position) {
     const size_t row = (size_t)(level + n[2]) * (size_t)a->size[1] + (size_t)(lower[1] + n[1]);
     const np_lit_air_value *near = &a->points[row * (size_t)a->size[0] + (size_t)(lower[0] + n[0])];
     out.upper = np_spectrum_add_scaled(out.upper, weight, near->upper);
+    out.hidden = np_spectrum_add_scaled(out.hidden, weight, near->hidden);
     out.lower = np_spectrum_add_scaled(out.lower, weight, near->lower);
     out.beam = np_spectrum_add_scaled(out.beam, weight, near->beam);
     out.way = np_vec3_add(out.way, np_vec3_scale(near->way, weight));
@@ -560,9 +581,11 @@ static np_lit_air_value extrapolate(const np_lit_air *a, np_dvec3 away, double s
   const float spread = fmaxf(1.0f - np_vec3_length(rim.way), 0.0f) * (float)(share * share);
   np_spectrum left;
   for (int b = 0; b < NP_BAND_COUNT; b++) left.band[b] = powf((float)share, a->fall.band[b]);
-  return (np_lit_air_value){np_spectrum_multiply(left, rim.upper), np_spectrum_multiply(left, rim.lower),
-                            np_spectrum_multiply(left, rim.beam),
-                            np_vec3_scale(np_vec3_normalize(np_dvec3_to_float(away)), spread - 1.0f)};
+  return (np_lit_air_value){.upper = np_spectrum_multiply(left, rim.upper),
+                            .hidden = np_spectrum_multiply(left, rim.hidden),
+                            .lower = np_spectrum_multiply(left, rim.lower),
+                            .beam = np_spectrum_multiply(left, rim.beam),
+                            .way = np_vec3_scale(np_vec3_normalize(np_dvec3_to_float(away)), spread - 1.0f)};
 }
 
 np_lit_air_value np_lit_air_get(const np_lit_air *a, np_dvec3 position) {

@@ -15,10 +15,11 @@
 
 /* Change by the clouds of the actinic flux from each hemisphere, W m⁻² nm⁻¹. */
 typedef struct np_lit_air_value {
-  np_spectrum upper; /* hidden sky, and light that clouds scatter down */
-  np_spectrum lower; /* hidden ground, light that clouds scatter up, and the ground's loss or gain of light */
-  np_spectrum beam;  /* light that comes from burning clouds beside both */
-  np_vec3 way;       /* mean of the beam's directions, towards the clouds: of length 1 where there is but one */
+  np_spectrum upper;  /* hidden sky, and light that clouds scatter down */
+  np_spectrum hidden; /* the part of `upper` that clear air has and the place lacks, 0 or less */
+  np_spectrum lower;  /* hidden ground, light that clouds scatter up, and the ground's loss or gain of light */
+  np_spectrum beam;   /* light that comes from burning clouds beside both */
+  np_vec3 way;        /* mean of the beam's directions, towards the clouds: of length 1 where there is but one */
 } np_lit_air_value;
 
 /* Number of levels, and of points along a side of one, to which rounding may add one. */

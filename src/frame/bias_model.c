@@ -121,14 +121,28 @@ static double measure_shade(const np_assembly *assembly) {
 }
 
 /* Bias of air among hills, whose light is the less even the more haze there is and the lower the sun, and of valleys in
- * their shade: 1 to 20 % in pictures of docs/results/light-caches.md. At a haze of this depth and more, and for each
+ * their shade: 1 to 14 % in pictures of docs/results/light-caches.md. At a haze of this depth and more, and for each
  * share of the first order that is in shade. */
-static const double hill_haze = 0.1, hill_depth = 0.07, hill_shade = 0.2;
+static const double hill_haze = 0.035, hill_depth = 0.07, hill_shade = 0.2;
 
 static double compute_hill_air(const np_frame *f, const cloud_light *light, const np_plan *plan) {
   if (!np_plan_needs(plan, NP_STAGE_TERRAIN) || !np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;
   const double low = 1.0 - fmax(light->sine, 0.0), haze = fmin(light->haze / hill_depth, 1.0);
   return hypot(hill_haze * haze * low, hill_shade * measure_shade(f->assembly));
+}
+
+/* Bias of hazy air under clouds, which is less even than the fluxes that it is computed from: 8 to 20 % in blue under a
+ * stratus over snow at a visual range of 5 km (docs/results/light-caches.md). For all of the first order in shade, at a
+ * haze of this depth and more. */
+static const double murk_bias = 0.13, murk_depth = 0.8;
+
+/* That of paths with the air's tables, which have no light of the clouds in the air: 24 to 39 % there. */
+static const double murk_bias_of_tables = 0.35;
+
+static double compute_murk(const np_frame *f, const cloud_light *light, const np_plan *plan) {
+  if (!np_plan_needs(plan, NP_STAGE_VOLUMES) || !np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;
+  const double most = f->desc->integrator == NEPH_INTEGRATOR_PATH ? murk_bias_of_tables : murk_bias;
+  return most * fmin(light->haze / murk_depth, 1.0) * measure_shade(f->assembly);
 }
 
 /* Bias of a fire in the dark beside clouds that repeat without end (docs/transport.md): in the stretch that its light
@@ -165,7 +179,9 @@ static double compute_lost(const np_frame *f) {
 static np_bias_model make_of_path(const np_frame *f, const np_plan *plan) {
   const double air = np_plan_has_air_light(plan) && !np_request_traces_air(&plan->request) ? np_bias_terms.air : 0.0;
   const double voxels = plan->savings.are_coarse ? plan->forecast.stages[NP_STAGE_VOLUMES].error : 0.0;
-  return (np_bias_model){hypot(hypot(air, voxels), compute_lost(f)), 2.0, 0.0};
+  const cloud_light light = measure_light(f->assembly);
+  const double murk = air > 0.0 ? compute_murk(f, &light, plan) : 0.0;
+  return (np_bias_model){hypot(hypot(air, voxels), hypot(murk, compute_lost(f))), 2.0, 0.0};
 }
 
 /* Bias of the stages that a finished picture says no more of than its plan, but for the air's tables, which traced
@@ -200,9 +216,10 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   const double outshone = is_fire_in_air ? compute_outshone(f) : 0.0, cover = compute_cover(f);
   const double of_night = hypot(compute_dusk(&light, plan), compute_repeated_fire(&light));
   const double of_tables = plan->forecast.stages[NP_STAGE_ATMOSPHERE].error;
-  return (np_bias_model){
-      .bias = combine(plan, &light, (double)f->settings.tolerance, cover),
-      .factor = light.has_emission ? 3.0 : 2.0,
-      .shared = hypot(hypot(outshone, of_night),
-                      hypot(hypot(compute_under_deep(&light, cover), of_tables), compute_hill_air(f, &light, plan)))};
+  return (np_bias_model){.bias = combine(plan, &light, (double)f->settings.tolerance, cover),
+                         .factor = light.has_emission ? 3.0 : 2.0,
+                         .shared =
+                             hypot(hypot(outshone, of_night),
+                                   hypot(hypot(compute_under_deep(&light, cover), of_tables),
+                                         hypot(compute_hill_air(f, &light, plan), compute_murk(f, &light, plan))))};
 }

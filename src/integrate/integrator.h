@@ -105,9 +105,9 @@ static inline bool np_camera_ray_intersect_ground(const np_world *world, const n
 
 /* Aerial perspective between the eye and a point at `distance_m` from the ray's origin, with the shadows in the air. */
 static inline np_aerial_perspective np_camera_ray_get_air(const np_lighting *lighting, const np_world *world,
-                                                          const np_camera_ray *ray, double distance_m) {
+                                                          const np_camera_ray *ray, double distance_m, np_ray_end end) {
   const np_view_ray view = np_camera_ray_get_view(ray);
-  return np_lighting_camera_air(lighting, world, &view, ray->begin_m + distance_m);
+  return np_lighting_camera_air(lighting, world, &view, ray->begin_m + distance_m, end);
 }
 
 typedef struct np_integrator_sample {

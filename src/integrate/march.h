@@ -61,13 +61,14 @@ typedef struct np_march {
   } sun;
 } np_march;
 
-/* Aerial perspective between the eye and a point at `distance_m` from the ray's origin, with the shadows in the air. */
+/* Aerial perspective between the eye and a place in a cloud at `distance_m` from the ray's origin, with the shadows in
+ * the air. */
 static inline np_aerial_perspective np_march_get_air(np_march *m, double distance_m) {
   if (!m->view.sky_ray && np_world_has_sky_tables(m->world)) {
     m->sky_ray = np_sky_ray_start(m->world->camera_sky, m->view.direction);
     m->view.sky_ray = &m->sky_ray;
   }
-  return np_lighting_camera_air(m->lighting, m->world, &m->view, m->ray->begin_m + distance_m);
+  return np_lighting_camera_air(m->lighting, m->world, &m->view, m->ray->begin_m + distance_m, NP_RAY_END_CLOUD);
 }
 
 /* Light a step: add the light that it scatters to the camera, and attenuate the ray. `scaled`: in the scaled medium

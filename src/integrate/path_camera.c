@@ -91,7 +91,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   path.volume = hit->volume;
   path.reference = hit->expected;
   NP_KERNEL(np_path_follow)(&inner, &path, NP_PATH_CLOUD);
-  const np_aerial_perspective air = np_camera_ray_get_air(t->lighting, t->world, ray, hit->distance);
+  const np_aerial_perspective air = np_camera_ray_get_air(t->lighting, t->world, ray, hit->distance, NP_RAY_END_CLOUD);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     np_path_add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
   t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
@@ -103,7 +103,8 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 /* Light that water scatters, and the air before it, from the camera's table. */
 static void add_water_by_tables(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *water) {
   if (!(t->out->transmittance > 0.0f) || t->settings->is_ground_held_out) return;
-  const np_aerial_perspective air = np_camera_ray_get_air(t->lighting, t->world, ray, water->distance_m);
+  const np_aerial_perspective air =
+      np_camera_ray_get_air(t->lighting, t->world, ray, water->distance_m, NP_RAY_END_NONE);
   const np_spectrum inscatter = np_spectrum_scale(air.inscatter, t->out->transmittance);
   np_path_add(t->out, NP_COMPONENT_AIR, inscatter);
   t->out->component[NP_COMPONENT_GROUND_AIR] = inscatter;

@@ -111,6 +111,13 @@ static inline np_spectrum np_surroundings_get_ground(const np_world *world, cons
                        : np_surroundings_ground(world, lighting, settings, behind->hit, shadow, random);
 }
 
+/* The air before ground or water. */
+static inline np_aerial_perspective np_behind_get_air(const np_world *world, const np_lighting *lighting,
+                                                      const np_camera_ray *ray, const np_behind *behind) {
+  return np_camera_ray_get_air(lighting, world, ray, behind->hit->distance_m,
+                               behind->water ? NP_RAY_END_NONE : NP_RAY_END_GROUND);
+}
+
 /* Adds the radiance of ground, water or sky behind the clouds, times `transmittance`. */
 static inline void np_surroundings_add_behind(const np_world *world, const np_lighting *lighting,
                                               const np_integrator_settings *settings, const np_camera_ray *ray,
@@ -118,7 +125,7 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
                                               np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f || (behind->hit && settings->is_ground_held_out)) return;
   if (behind->hit) {
-    const np_aerial_perspective air = np_camera_ray_get_air(lighting, world, ray, behind->hit->distance_m);
+    const np_aerial_perspective air = np_behind_get_air(world, lighting, ray, behind);
     const np_spectrum ground = np_spectrum_multiply(
         np_surroundings_get_ground(world, lighting, settings, behind, shadow, random), air.transmittance);
     out->component[NP_COMPONENT_TERRAIN] =
@@ -147,7 +154,7 @@ static inline void np_surroundings_add_peak(const np_world *world, const np_ligh
   if (np_spectrum_max(weight) < np_surroundings_peak_least) return;
   np_spectrum radiance;
   if (behind->hit) {
-    const np_aerial_perspective air = np_camera_ray_get_air(lighting, world, ray, behind->hit->distance_m);
+    const np_aerial_perspective air = np_behind_get_air(world, lighting, ray, behind);
     radiance = np_spectrum_multiply(np_surroundings_get_ground(world, lighting, settings, behind, shadow, random),
                                     air.transmittance);
     radiance = np_spectrum_add(radiance, air.inscatter);

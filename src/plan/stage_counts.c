@@ -141,7 +141,7 @@ void np_stage_count_relief_light(const np_plan *plan, const neph_scene *scene, n
 
 void np_stage_count_air_shadows(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   const double visibility = NP_AIR_SHADOW_CELLS * sizeof(float),
-               shadow = NP_AIR_SHADOW_PLANES * (sizeof(uint16_t[NP_BAND_COUNT]) + sizeof(np_spectrum));
+               shadow = NP_AIR_SHADOW_PLANES * (sizeof(uint16_t[NP_BAND_COUNT]) + sizeof(np_air_part));
   const double spacing = plan->decisions.air_ray_spacing;
   const double rays = spacing > 0.0 ? count_pixels(plan) / (spacing * spacing) : 0.0;
   out->of[NP_UNIT_HILL_RAY] = count_worlds(plan) * rays;
