@@ -16,6 +16,7 @@ static const double sun_top_m = 20e3;
 typedef struct loss_job {
   const np_air_visibility *visibility;
   const np_world *world;
+  const np_world *bare;          /* the same without terrain, its ground lit by the camera's sky */
   const np_lit_air *lit_air;     /* change by clouds; NULL: unknown */
   const np_lit_air *among_hills; /* change by hills; NULL: unknown */
   np_air_shadow *out;
@@ -182,13 +183,10 @@ static air_sums sum_air(const np_sky_ray *ray, double distance_m) {
 
 /* Radiance along a ray of clear air: of the sky, or of bare ground and the air before it. */
 static np_spectrum compute_clear(const loss_job *job, np_vec3 direction, const np_sky_ray *ray, np_spectrum air) {
-  np_world bare = *job->world;
-  bare.terrain = NULL;
-  bare.cloud_sky = bare.camera_sky;
   np_ground_hit hit;
-  if (!np_world_intersect_ground(&bare, job->visibility->rays.origin, direction, &hit)) return air;
+  if (!np_world_intersect_ground(job->bare, job->visibility->rays.origin, direction, &hit)) return air;
   const np_spectrum transmittance = np_sky_ray_get_air(ray, hit.distance_m, NULL).transmittance;
-  return np_spectrum_add(air, np_spectrum_multiply(transmittance, np_gather_air_light_ground(&bare, &hit)));
+  return np_spectrum_add(air, np_spectrum_multiply(transmittance, np_gather_air_light_ground(job->bare, &hit)));
 }
 
 /* Computes a node's changes from plane to plane; past the ray's end they stay constant. */
@@ -260,7 +258,10 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
   }
   const bool has_all = out->visible_fraction && (!is_lit || (out->parts && out->nodes));
   if (!has_all) return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
-  loss_job job = {visibility, world, lit_air, among_hills, out, {{{0.0f}}}};
+  np_world bare = *world;
+  bare.terrain = NULL;
+  bare.cloud_sky = bare.camera_sky;
+  loss_job job = {visibility, world, &bare, lit_air, among_hills, out, {{{0.0f}}}};
   for (int level = 0; is_lit && level < SUN_LEVELS; level++)
     job.sun_forward[level] =
         np_atmosphere_get_forward_depth(world->atmosphere, compute_level_height(level), world->to_sun);
