@@ -117,13 +117,15 @@ static void add_even(const np_medium *medium, const np_path *path, part_sums *su
     const np_path_node *n = &path->node[k];
     const np_bands seen = n->weight_m / (2.0f * NP_PI_F) * n->transmittance;
     const np_bands aerosols = np_aerosol_sum(medium, &n->air, 0), straight = np_aerosol_sum(medium, &n->air, 2);
-    const np_bands depth = straight * n->weight_m, passed = seen * np_bands_exp(sums->straight + 0.5f * depth);
+    const np_bands depth = straight * n->weight_m,
+                   passed = seen * np_bands_exp(sums->straight +
+                                                np_bands_min(0.5f * depth, np_bands_grey(NP_STRAIGHT_DEPTH_MAX)));
     sums->molecules += seen * n->air.rayleigh;
     sums->aerosols += seen * aerosols;
     sums->turned_molecules += passed * n->air.rayleigh;
     sums->turned_aerosols += passed * aerosols;
     sums->ahead += passed * straight;
-    sums->straight += depth;
+    sums->straight = np_bands_min(sums->straight + depth, np_bands_grey(NP_STRAIGHT_DEPTH_MAX));
   }
 }
 

@@ -10,13 +10,17 @@
  * microsecond or some. */
 np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m);
 
+/* Optical depth of what aerosols scatter nearly straight on beyond which that has spread too far to go on as if it were
+ * not scattered: it counts as this. */
+#define NP_STRAIGHT_DEPTH_MAX 2.5f
+
 /* Light of the air along a ray. */
 typedef struct np_air_parts {
   np_spectrum transmittance;
   np_spectrum all, first;   /* in-scatter of all orders, and of the first, W m⁻² sr⁻¹ nm⁻¹ */
   np_spectrum upper, lower; /* radiance that the air scatters per actinic flux of light from one hemisphere, equal in
                                all its directions, 1/sr: ∫ T·σ·share/2π dt */
-  np_spectrum straight;     /* optical depth of what aerosols scatter nearly straight on */
+  np_spectrum straight;     /* optical depth of what aerosols scatter nearly straight on, up to NP_STRAIGHT_DEPTH_MAX */
   np_spectrum turned_upper, turned_lower; /* the same as upper and lower, but that light counts as not scattered */
 } np_air_parts;
 

@@ -151,22 +151,44 @@ static float compute_open_share(const ground_around *around, double distance_m) 
   return (float)count / (AROUND + 1);
 }
 
+/* Sums along a ray. */
+typedef struct ray_sums {
+  ray_change change;
+  np_spectrum straight; /* optical depth of what haze scatters straight on */
+  float shaded;         /* share of it in the shade */
+} ray_sums;
+
 /* Adds a cell's change to that of the cells before it, which hand on straight what is lost on the whole. */
-static void add_cell(const ray_cell *c, const ray_change *change, np_spectrum straight, np_air_part *sum) {
-  const float before = np_spectrum_mean(sum->straight), length = np_spectrum_mean(straight);
+static void add_cell(const ray_cell *c, const ray_change *change, np_spectrum straight, ray_sums *sums) {
+  const float before = np_spectrum_mean(sums->straight), length = np_spectrum_mean(straight);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float handed = expm1f(sum->straight.band[b] + 0.5f * straight.band[b]), lost = change->lost.band[b];
-    sum->lost.band[b] += lost + handed * (np_minf(lost + change->other.band[b], 0.0f) - c->shaded * c->first.band[b]);
-    sum->other.band[b] += change->other.band[b];
-    sum->straight.band[b] += straight.band[b];
+    const float half = np_minf(0.5f * straight.band[b], NP_STRAIGHT_DEPTH_MAX), lost = change->lost.band[b];
+    const float handed = expm1f(sums->straight.band[b] + half), whole = np_minf(lost + change->other.band[b], 0.0f);
+    sums->change.lost.band[b] += lost + handed * (whole - c->shaded * c->first.band[b]);
+    sums->change.other.band[b] += change->other.band[b];
+    sums->straight.band[b] = np_minf(sums->straight.band[b] + straight.band[b], NP_STRAIGHT_DEPTH_MAX);
   }
-  if (length > 0.0f) sum->covered += (c->shaded - sum->covered) * length / (before + length);
+  if (length > 0.0f) sums->shaded += (c->shaded - sums->shaded) * length / (before + length);
+}
+
+static uint16_t keep_share(float share) { return (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(share, 0.0f, 1.0f) + 0.5f); }
+
+/* `all`: clear air's light up to the place; `behind`: that from behind it. */
+static np_air_part keep_part(const ray_sums *sums, np_spectrum all, np_spectrum behind, float open) {
+  np_air_part out = {.other = sums->change.other, .covered = keep_share(open * sums->shaded)};
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float per = all.band[b] > 0.0f ? 1.0f / all.band[b] : 0.0f;
+    out.lost[b] = keep_share(-per * sums->change.lost.band[b]);
+    out.ahead[b] = keep_share(per * expm1f(sums->straight.band[b]) * behind.band[b]);
+    out.straight[b] = keep_share(sums->straight.band[b] / NP_STRAIGHT_DEPTH_MAX);
+  }
+  return out;
 }
 
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float visible = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
-    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(visible, 0.0f, 1.0f) + 0.5f);
+    out[b] = keep_share(visible);
   }
 }
 
@@ -201,9 +223,13 @@ static void lose_node(const loss_job *job, size_t node) {
   const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
   const np_spectrum whole = sum_air(&ray, INFINITY).all;
   np_spectrum lost = np_spectrum_grey(0.0f), transmittance = np_spectrum_grey(1.0f);
-  np_air_part sum = {.covered = 0.0f};
+  ray_sums sums = {.shaded = 0.0f};
   ground_around around;
-  if (job->out->parts) find_ground(job, direction, &around);
+  np_spectrum clear = whole;
+  if (job->out->parts) {
+    find_ground(job, direction, &around);
+    clear = compute_clear(job, direction, &ray, whole);
+  }
   air_sums before = {lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
@@ -225,19 +251,17 @@ static void lose_node(const loss_job *job, size_t node) {
       if (job->out->parts) {
         np_spectrum straight;
         const ray_change change = scatter(job, &cell, &shares, &transmittance, &straight);
-        add_cell(&cell, &change, straight, &sum);
+        add_cell(&cell, &change, straight, &sums);
       }
     }
     before = up_to;
     begin = end;
     keep(lost, up_to.first, job->out->visible_fraction[place]);
     if (!job->out->parts) continue;
-    job->out->parts[place] = sum;
-    job->out->parts[place].covered *= compute_open_share(&around, end);
+    job->out->parts[place] =
+        keep_part(&sums, up_to.all, np_spectrum_subtract(clear, up_to.all), compute_open_share(&around, end));
   }
-  if (job->out->parts)
-    job->out->nodes[node] =
-        (np_air_node){compute_clear(job, direction, &ray, whole), 1.0f - compute_open_share(&around, HUGE_VAL)};
+  if (job->out->parts) job->out->ground_share[node] = 1.0f - compute_open_share(&around, HUGE_VAL);
 }
 
 static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thread) {
@@ -254,9 +278,9 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
   const bool is_lit = (lit_air || among_hills) && world->atmosphere;
   if (is_lit) {
     out->parts = np_alloc(out->context, count * PLANES, sizeof *out->parts);
-    out->nodes = np_alloc(out->context, count, sizeof *out->nodes);
+    out->ground_share = np_alloc(out->context, count, sizeof *out->ground_share);
   }
-  const bool has_all = out->visible_fraction && (!is_lit || (out->parts && out->nodes));
+  const bool has_all = out->visible_fraction && (!is_lit || (out->parts && out->ground_share));
   if (!has_all) return np_air_shadow_clear(out), NEPH_ERROR_OUT_OF_MEMORY;
   np_world bare = *world;
   bare.terrain = NULL;
@@ -274,7 +298,7 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
 void np_air_shadow_clear(np_air_shadow *shadow) {
   np_alloc_free(shadow->context, shadow->visible_fraction);
   np_alloc_free(shadow->context, shadow->parts);
-  np_alloc_free(shadow->context, shadow->nodes);
+  np_alloc_free(shadow->context, shadow->ground_share);
   *shadow = (np_air_shadow){0};
 }
 
@@ -313,11 +337,12 @@ static float compute_weight(float ground_m, double distance_m) {
 
 /* Loss between two planes: shares are interpolated linearly in the shade, and inversely past it, where the lost light
  * is constant and the total grows. */
-static float mix_losses(uint16_t near, uint16_t far, float part, bool is_past) {
-  const float a = 1.0f - (float)near / NP_AIR_SHADOW_UNIT, b = 1.0f - (float)far / NP_AIR_SHADOW_UNIT;
-  if (!is_past || !(a * b > 0.0f)) return np_mixf(a, b, part);
-  return a * b / np_mixf(b, a, part);
+static float mix_losses(float near, float far, float part, bool is_past) {
+  if (!is_past || !(near * far > 0.0f)) return np_mixf(near, far, part);
+  return near * far / np_mixf(far, near, part);
 }
+
+static float get_loss(uint16_t visible) { return 1.0f - (float)visible / NP_AIR_SHADOW_UNIT; }
 
 /* Position of a ray in the grid, in nodes: by its direction in a plane, after the lens. */
 static void compute_node(const np_air_rays *r, const np_view_ray *view, float out[2]) {
@@ -342,20 +367,26 @@ static void locate(const np_air_rays *r, const np_view_ray *view, int32_t out_lo
   }
 }
 
+/* A kept share between two planes. */
+static float mix_shares(uint16_t near, uint16_t far, float part) {
+  return np_mixf((float)near, (float)far, part) / NP_AIR_SHADOW_UNIT;
+}
+
 /* Adds the change between two planes of a node, `part` of the way from the nearer. */
-static void add_parts(const np_air_part *near, const np_air_node *node, float part, float weight, float begun,
-                      np_ray_end end, np_air_change *sum) {
+static void add_parts(const np_air_part *near, float ground_share, float part, float weight, np_ray_end end,
+                      bool is_past, np_air_change *sum) {
   const np_air_part *far = near + 1;
-  const float share = end == NP_RAY_END_CLOUD    ? np_mixf(near->covered, far->covered, part)
-                      : end == NP_RAY_END_GROUND ? node->ground_share
+  const float share = end == NP_RAY_END_CLOUD    ? mix_shares(near->covered, far->covered, part)
+                      : end == NP_RAY_END_GROUND ? ground_share
                                                  : 0.0f;
-  const np_spectrum lost = np_spectrum_mix(near->lost, far->lost, part),
-                    other = np_spectrum_mix(near->other, far->other, part),
-                    straight = np_spectrum_mix(near->straight, far->straight, part);
-  sum->lost = np_spectrum_add_scaled(sum->lost, weight * begun, lost);
-  sum->other = np_spectrum_add_scaled(sum->other, weight * begun, other);
-  sum->straight = np_spectrum_add_scaled(sum->straight, weight * begun * share, straight);
-  sum->clear = np_spectrum_add_scaled(sum->clear, weight, node->clear);
+  sum->other = np_spectrum_add_scaled(sum->other, weight, np_spectrum_mix(near->other, far->other, part));
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float lost = mix_losses((float)near->lost[b], (float)far->lost[b], part, is_past) / NP_AIR_SHADOW_UNIT,
+                ahead = mix_shares(near->ahead[b], far->ahead[b], part),
+                straight = NP_STRAIGHT_DEPTH_MAX * mix_shares(near->straight[b], far->straight[b], part);
+    sum->higher_share.band[b] += weight * (lost + share * ahead);
+    if (share > 0.0f) sum->passed.band[b] += weight * share * expm1f(straight);
+  }
 }
 
 np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m,
@@ -367,6 +398,7 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
   locate(r, view, lower, part);
   const int plane = compute_plane_before(v->reach_m, distance_m, &along);
   const double within = fmin(distance_m, 1e9);
+  const bool is_past = plane >= CELLS - 1;
   const float begun = (float)fmin(distance_m / np_air_rays_get_plane(v->reach_m, 0), 1.0);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
   np_air_change sum = {.lost_share = {{0.0f}}};
@@ -378,12 +410,12 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
         (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * compute_weight(v->ground_m[node], within);
     const uint16_t *near = shadow->visible_fraction[first], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
-      sum.lost_share.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);
-    if (shadow->parts) add_parts(&shadow->parts[first], &shadow->nodes[node], along, weight, begun, end, &sum);
+      sum.lost_share.band[b] += weight * mix_losses(get_loss(near[b]), get_loss(far[b]), along, is_past);
+    if (shadow->parts)
+      add_parts(&shadow->parts[first], shadow->ground_share[node], along, weight * begun, end, is_past, &sum);
     weights += weight;
   }
   const float all = 1.0f / weights;
-  return (np_air_change){np_spectrum_scale(sum.lost_share, all), np_spectrum_scale(sum.lost, all),
-                         np_spectrum_scale(sum.other, all), np_spectrum_scale(sum.straight, all),
-                         np_spectrum_scale(sum.clear, all)};
+  return (np_air_change){np_spectrum_scale(sum.lost_share, all), np_spectrum_scale(sum.higher_share, all),
+                         np_spectrum_scale(sum.other, all), np_spectrum_scale(sum.passed, all)};
 }

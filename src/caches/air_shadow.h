@@ -31,26 +31,22 @@
  * of 1. */
 #define NP_AIR_SHADOW_UNIT 65535.0f
 
-/* Change of the air's light by clouds and hills up to a place, beside that of the first order. */
+/* Change of the air's light by clouds and hills up to a place, beside that of the first order. Shares are of the clear
+ * air's light up to there, in NP_AIR_SHADOW_UNITs. */
 typedef struct np_air_part {
-  np_spectrum lost;     /* light of the higher orders that is lost, 0 or less */
-  np_spectrum other;    /* other light of clouds, hills and ground */
-  np_spectrum straight; /* optical depth of what haze scatters straight on, as if it were not scattered */
-  float covered;        /* share of `straight` in the shade, in the directions around without ground before the place */
+  np_spectrum other;                /* light of clouds, hills and ground */
+  uint16_t lost[NP_BAND_COUNT];     /* share of light of the higher orders that is lost */
+  uint16_t ahead[NP_BAND_COUNT];    /* share that haze has scattered straight on from behind the place */
+  uint16_t straight[NP_BAND_COUNT]; /* optical depth of what haze scatters straight on, of NP_STRAIGHT_DEPTH_MAX */
+  uint16_t covered; /* share of that in the shade, in the directions around without ground before the place */
 } np_air_part;
-
-/* A whole ray. */
-typedef struct np_air_node {
-  np_spectrum clear;  /* radiance along it in clear air, of sky or bare ground */
-  float ground_share; /* share of the directions around it that meet the ground */
-} np_air_node;
 
 typedef struct np_air_shadow {
   neph_context *context;                       /* borrowed */
   const np_air_visibility *visibility;         /* borrowed */
   uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
   np_air_part *parts;                          /* one for each of these; NULL: the change is unknown */
-  np_air_node *nodes;                          /* beside `parts` */
+  float *ground_share; /* share of the directions around each node's ray that meet the ground, beside `parts` */
 } np_air_shadow;
 
 /* Computes lost light for the world's camera sky; with the change of the air's light by clouds, `lit_air`, and by
@@ -69,10 +65,10 @@ typedef enum np_ray_end { NP_RAY_END_NONE, NP_RAY_END_CLOUD, NP_RAY_END_GROUND }
 
 /* Change of the air's light up to a distance. */
 typedef struct np_air_change {
-  np_spectrum lost_share;  /* share of the first order's in-scatter that is lost */
-  np_spectrum lost, other; /* those of np_air_part */
-  np_spectrum straight;    /* optical depth of what is scattered straight on, of the light that the end hides */
-  np_spectrum clear;       /* radiance along the whole ray in clear air */
+  np_spectrum lost_share;   /* share of the first order's in-scatter that is lost */
+  np_spectrum higher_share; /* light of the higher orders that is lost, as a share of all */
+  np_spectrum other;        /* light of clouds, hills and ground */
+  np_spectrum passed;       /* light of the end that haze scatters straight on, over what it does not scatter */
 } np_air_change;
 
 /* Infinity is allowed. */

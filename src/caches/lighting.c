@@ -12,9 +12,9 @@ static float limit_loss(float loss, float there) {
  * lost than there is: tables of the whole and of the first order are interpolated separately. */
 static np_spectrum shade(const np_air_change *change, np_spectrum light, np_spectrum first) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float higher = fmaxf(light.band[b] - first.band[b], 0.0f),
-                behind = expm1f(change->straight.band[b]) * fmaxf(change->clear.band[b] - light.band[b], 0.0f),
-                lost = limit_loss(behind - change->lost.band[b], higher) + change->lost_share.band[b] * first.band[b];
+    const float higher = fmaxf(light.band[b] - first.band[b], 0.0f);
+    const float lost =
+        limit_loss(change->higher_share.band[b] * light.band[b], higher) + change->lost_share.band[b] * first.band[b];
     light.band[b] = fmaxf(light.band[b] - lost + change->other.band[b], 0.0f);
   }
   return light;
@@ -53,7 +53,7 @@ np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const 
   np_aerial_perspective air = np_sky_ray_get_air(ray, distance_m, &first);
   const np_air_change change = np_air_shadow_get(lighting->air_shadow, view, distance_m, end);
   air.inscatter = shade(&change, air.inscatter, first);
-  for (int b = 0; b < NP_BAND_COUNT; b++) air.transmittance.band[b] *= expf(change.straight.band[b]);
+  for (int b = 0; b < NP_BAND_COUNT; b++) air.transmittance.band[b] *= 1.0f + change.passed.band[b];
   return air;
 }
 
