@@ -104,6 +104,23 @@ np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_
  * it from an angle of 30 degrees on. */
 static float share_ahead(float rise) { return np_smoothstepf(0.5f + rise); }
 
+/* Light that is turned out of each hemisphere: of scattering by molecules, and by aerosols less that nearly straight
+ * on, all over the same unit. */
+typedef struct turned_light {
+  np_spectrum upper, lower;
+} turned_light;
+
+static turned_light split_turned(np_bands molecules, np_bands aerosols, np_bands straight,
+                                 const np_hemisphere_shares *shares, float rise) {
+  const np_spectrum even = np_spectrum_scale(np_bands_to_spectrum(molecules), 0.5f),
+                    all = np_bands_to_spectrum(aerosols), ahead = np_bands_to_spectrum(straight);
+  const float above = share_ahead(rise);
+  const np_spectrum upper = np_spectrum_add(even, np_spectrum_multiply(shares->upper, all)),
+                    lower = np_spectrum_add(even, np_spectrum_multiply(shares->lower, all));
+  return (turned_light){np_spectrum_add_scaled(upper, -above, ahead),
+                        np_spectrum_add_scaled(lower, above - 1.0f, ahead)};
+}
+
 /* Sums along a ray. */
 typedef struct part_sums {
   np_bands molecules, aerosols;                      /* scattering seen from the ray's start, over 2π */
@@ -132,19 +149,16 @@ static void add_even(const np_medium *medium, const np_path *path, part_sums *su
 /* The aerosol's source cut after degree 2 may be negative where the sky is darkest. */
 static np_air_parts finish_parts(const neph_sky *sky, np_vec3 direction, const np_hemisphere_shares *shares,
                                  const part_sums *sums, np_bands transmittance) {
-  const float above = share_ahead(direction.z);
-  const np_spectrum turned_even = np_spectrum_scale(np_bands_to_spectrum(sums->turned_molecules), 0.5f),
-                    turned = np_bands_to_spectrum(sums->turned_aerosols), ahead = np_bands_to_spectrum(sums->ahead);
+  const turned_light turned =
+      split_turned(sums->turned_molecules, sums->turned_aerosols, sums->ahead, shares, direction.z);
   const np_spectrum even = np_spectrum_scale(np_bands_to_spectrum(sums->molecules), 0.5f);
   const np_spectrum aerosols = np_bands_to_spectrum(sums->aerosols);
   np_air_parts out = {.transmittance = np_bands_to_spectrum(transmittance),
                       .upper = np_spectrum_add(even, np_spectrum_multiply(shares->upper, aerosols)),
                       .lower = np_spectrum_add(even, np_spectrum_multiply(shares->lower, aerosols))};
   out.straight = np_bands_to_spectrum(sums->straight);
-  out.turned_upper =
-      np_spectrum_add_scaled(np_spectrum_add(turned_even, np_spectrum_multiply(shares->upper, turned)), -above, ahead);
-  out.turned_lower = np_spectrum_add_scaled(np_spectrum_add(turned_even, np_spectrum_multiply(shares->lower, turned)),
-                                            above - 1.0f, ahead);
+  out.turned_upper = turned.upper;
+  out.turned_lower = turned.lower;
   const np_bands smooth = np_bands_max(sums->first.smooth + sums->later.smooth, np_bands_grey(0.0f));
   out.all = sum_scattered(sky, direction, smooth, sums->first.peak);
   out.first = sum_scattered(sky, direction, sums->first.smooth, sums->first.peak);
@@ -175,7 +189,7 @@ void np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
   }
 }
 
-np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m) {
+np_spectrum np_air_cell_get_passed(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m) {
   const np_medium *medium = &atmosphere->medium;
   const double altitude_m = np_altitude(middle, medium->planet_radius_m);
   np_scattering air;
@@ -220,16 +234,10 @@ np_air_cell np_air_cell_cross(const neph_atmosphere *atmosphere, np_dvec3 middle
   np_bands scattered = eval_molecules(beam) * air.rayleigh;
   for (int i = 0; i < medium->aerosol_count; i++) scattered += eval_aerosol(&medium->aerosol[i], beam) * air.aerosol[i];
   const np_bands straight = np_aerosol_sum(medium, &air, 2);
-  const np_spectrum molecules = np_spectrum_scale(np_bands_to_spectrum(air.rayleigh), 0.25f / NP_PI_F),
-                    aerosols = np_spectrum_scale(np_bands_to_spectrum(np_aerosol_sum(medium, &air, 0)), 0.5f / NP_PI_F),
-                    ahead = np_spectrum_scale(np_bands_to_spectrum(straight), 0.5f / NP_PI_F);
-  const float above = share_ahead(rise);
-  np_spectrum upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
-              lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols));
-  upper = np_spectrum_add_scaled(upper, -above, ahead);
-  lower = np_spectrum_add_scaled(lower, above - 1.0f, ahead);
+  const turned_light turned = split_turned(air.rayleigh, np_aerosol_sum(medium, &air, 0), straight, shares, rise);
+  const np_spectrum over = np_spectrum_scale(seen, 0.5f / NP_PI_F);
   *transmittance = np_spectrum_multiply(before, np_bands_to_spectrum(end));
-  return (np_air_cell){np_spectrum_multiply(seen, upper), np_spectrum_multiply(seen, lower),
+  return (np_air_cell){np_spectrum_multiply(over, turned.upper), np_spectrum_multiply(over, turned.lower),
                        np_spectrum_multiply(seen, np_bands_to_spectrum(scattered)),
                        np_bands_to_spectrum(straight * length)};
 }

@@ -28,8 +28,8 @@ typedef struct np_air_parts {
 void np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, const double *distances_m, int count,
                         const np_hemisphere_shares *shares, np_air_parts *out);
 
-/* Transmittance of a length of the air at its middle; what aerosols scatter nearly straight on counts as passed. */
-np_spectrum np_air_cell_get_transmittance(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m);
+/* Share of light that passes a length of the air at its middle, with what aerosols scatter nearly straight on. */
+np_spectrum np_air_cell_get_passed(const neph_atmosphere *atmosphere, np_dvec3 middle, double length_m);
 
 /* Radiance that a cell of the air scatters per actinic flux of light, 1/sr: of light from one hemisphere, equal in all
  * its directions, but what aerosols scatter nearly straight on, and of a beam. That share of the aerosols' scattering

@@ -74,7 +74,7 @@ np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray
 np_spectrum np_gather_air_estimate(const np_cloud_gather *g, np_dvec3 origin, np_vec3 towards, double cloud_m) {
   const neph_atmosphere *air = g->world->atmosphere;
   if (!air) return np_spectrum_grey(1.0f);
-  return np_air_cell_get_transmittance(air, np_dvec3_along(origin, towards, 0.5 * cloud_m), cloud_m);
+  return np_air_cell_get_passed(air, np_dvec3_along(origin, towards, 0.5 * cloud_m), cloud_m);
 }
 
 bool np_gather_air_get_cell(const np_gather_ray *ray, int cell, double offset, float *out_share, double *out_place) {
