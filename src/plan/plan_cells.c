@@ -75,6 +75,9 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
   out->tolerance = scene->render.light_residual;
   out->degree_max = scene->render.light_degree;
   out->left_out = plan->decisions.left_out.clouds;
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    out->cells.has_detail =
+        out->cells.has_detail || np_plan_has_fine_detail(&plan->request, scene, &scene->clouds[i]);
   out->cells.bounds_min = low;
   out->cells.bounds_max = high;
   out->cells.edge_min_m = np_plan_get_light_edge(&plan->request, scene, low, high);

@@ -183,7 +183,8 @@ static void start_clouds(collision_ray *r) {
   for (unsigned v = 0; v < clouds->count && !clouds->places; v++) add_cloud(r, &clouds->at[v]);
 }
 
-/* Values of a cloud at the middles of the steps from `first` to before `end`, all in the cell that the walk is in. */
+/* Values of a cloud, with its detail, at the middles of the steps from `first` to before `end`, all in the cell that
+ * the walk is in. */
 static void fill_values(const cloud *c, const collision_block *b, int first, int end, float value[STEPS]) {
   if (c->span.brick == NP_BRICK_NONE) {
     for (int k = first; k < end; k++) value[k] = c->span.range.min;
@@ -194,8 +195,11 @@ static void fill_values(const cloud *c, const collision_block *b, int first, int
       np_dvec3_to_float(np_dvec3_make(c->walk.direction[0], c->walk.direction[1], c->walk.direction[2]));
   float at[NP_BRICK_LINE] = {0.0f}, found[NP_BRICK_LINE];
   for (int k = first; k < end; k++) at[k - first] = (float)(b->middle_m[k] - b->middle_m[first]);
-  np_brick_sample_along_plain((np_brick_ref){c->volume->bricks, c->span.brick, c->span.cell}, begin, along, at,
-                              end - first, found);
+  const np_brick_ref ref = {c->volume->bricks, c->span.brick, c->span.cell};
+  if (ref.bricks->detail && !ref.bricks->motion)
+    np_brick_detail_sample_along(ref, begin, along, 0.0f, at, end - first, found);
+  else
+    np_brick_sample_along_plain(ref, begin, along, at, end - first, found);
   for (int k = first; k < end; k++) value[k] = found[k - first];
 }
 

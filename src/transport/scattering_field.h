@@ -31,6 +31,7 @@ typedef struct np_transport_desc {
   double edge_min_m;      /* no cells are smaller, whatever their depth; 0: no limit */
   double thickness_m;     /* typical thickness of the clouds; 0: it is measured */
   np_transport_fold fold; /* tiles of which one is solved for; a period of 0: all clouds are */
+  bool has_detail;        /* a cloud has detail finer than its voxels */
   bool has_open_sides;    /* no light comes in where the stretch of clouds that repeat beside others ends */
   bool has_viewer;
   np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */

@@ -27,6 +27,7 @@ typedef struct grid_fill {
   np_monitor *monitor;
   np_transport_grid *grid;
   double voxel_m[3];
+  bool has_detail;   /* a cloud has detail finer than its voxels */
   float *extinction; /* [cell][cloud], active or not, of no scaled medium */
   bool *holds;       /* marks of cells that hold cloud or an emitter; later also of cells that touch one */
 } grid_fill;
@@ -83,7 +84,7 @@ static bool is_empty(const np_instances *clouds, const double low[3], const doub
 }
 
 /* Mean over a cell by the midpoint rule on the pieces between samples, where the interpolant is trilinear and the rule
- * exact; over large cells on a coarser lattice. */
+ * exact; over large cells on a coarser lattice. Clouds with detail vary within a piece. */
 static void average_cell(const grid_fill *f, const int32_t at[3]) {
   const np_transport_grid *g = f->grid;
   const unsigned clouds = f->world->clouds.count;
@@ -91,11 +92,12 @@ static void average_cell(const grid_fill *f, const int32_t at[3]) {
   float *extinction = f->extinction + cell * clouds;
   double low[3], width[3];
   int32_t points[3];
+  const double least = f->has_detail ? 2.0 : 1.0;
   cell_places in;
   for (int a = 0; a < 3; a++) {
     low[a] = g->edge_m[a][at[a]];
     width[a] = np_transport_grid_width(g, a, at[a]);
-    points[a] = (int32_t)np_clamp(ceil(width[a] / f->voxel_m[a] - 0.01), 1.0, 4.0);
+    points[a] = (int32_t)np_clamp(ceil(width[a] / f->voxel_m[a] - 0.01), least, 4.0);
   }
   const float weight = 1.0f / (float)(points[0] * points[1] * points[2]);
   const np_dvec3 middle = np_transport_grid_centre(g, (int32_t)cell);
@@ -234,8 +236,10 @@ neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase 
   grid_fill f = {.world = world, .phases = phases, .band = band, .monitor = monitor, .grid = grid};
   const size_t cells = np_transport_grid_count(grid);
   for (int a = 0; a < 3; a++) f.voxel_m[a] = np_transport_get_voxel(world, a);
-  for (unsigned v = 0; v < world->clouds.count; v++)
+  for (unsigned v = 0; v < world->clouds.count; v++) {
     grid->scale[v] = np_transport_scale(&world->clouds.at[v], phases[v].forward, band);
+    f.has_detail = f.has_detail || world->clouds.at[v].bricks->detail;
+  }
   f.extinction = np_alloc(grid->context, cells, world->clouds.count * sizeof *f.extinction);
   grid->active = np_alloc(grid->context, cells, sizeof *grid->active);
   f.holds = np_alloc(grid->context, cells, sizeof *f.holds);

@@ -4,8 +4,9 @@
  * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
  * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that, one voxel
  * to a cell costs almost nothing, or the picture is so large that it shows what two lack. However deep the clouds,
- * cells end at one voxel, in small files at half of one: the light of a deeper cell errs by the depth at which it is
- * lit (np_transport_grid_compute_lit_depth), which soft edges keep small.
+ * cells end at one voxel, in small files, and in larger ones with detail finer than voxels, at half of one: the light
+ * of a deeper cell errs by the depth at which it is lit (np_transport_grid_compute_lit_depth), which soft edges keep
+ * small.
  *
  * A flat cloud, an eighth as thick as its box is wide or less, gets cells of less height, since its light changes from
  * top to base: eight to its thickness, down to half a voxel. Where such a cell is too deep, a deck's thin places let
@@ -168,15 +169,17 @@ static double count_even(const np_world *world, const np_transport_desc *desc, d
   return compute_even_axes(world, desc, (cell_edges){edge, edge}, axes);
 }
 
-/* Halves cells that are too deep, down to one voxel, or to half a voxel where that takes no more than twice
- * `cell_count_cheap` of them: a file holds nothing finer. */
+/* Whether cells are too deep, or, below a voxel, deeper than what they resolve, and few enough to be halved: no finer
+ * than half a voxel, as a file holds nothing below a voxel, and the usual detail little below half of one. */
+static bool is_halved(const np_world *world, const np_transport_desc *desc, double edge) {
+  const double half = 0.5 * edge, depth = edge * compute_voxel_depth(world) / desc->cell_depth_max;
+  if (half >= 1.0) return depth > deepest;
+  const double few = (desc->has_detail ? 6.0 : 2.0) * (double)desc->cell_count_cheap;
+  return depth > (desc->has_detail ? 1.0 : deepest) && count_even(world, desc, half) <= few;
+}
+
 static double halve_edge(const np_world *world, const np_transport_desc *desc, double edge) {
-  const double voxel_depth = compute_voxel_depth(world);
-  while (edge > 0.5 && edge * voxel_depth > deepest * desc->cell_depth_max) {
-    const double half = 0.5 * edge, cells = count_even(world, desc, half);
-    if (half < 1.0 && cells > 2.0 * (double)desc->cell_count_cheap) break;
-    edge = half;
-  }
+  while (edge > 0.5 && is_halved(world, desc, edge)) edge *= 0.5;
   return edge;
 }
 
@@ -187,10 +190,12 @@ static double get_cheap_count(const np_transport_desc *desc) {
   return (double)desc->cell_count_cheap / (coarse * coarse * coarse);
 }
 
-/* Edge in voxels that suits the clouds; within `cell_count_max` where there is no viewer. */
+/* Edge in voxels that suits the clouds; within `cell_count_max` where there is no viewer. Light is not iterated on
+ * cells of two voxels that are too deep, whatever a picture shows. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   const double voxel_depth = compute_voxel_depth(world), cells = count_even(world, desc, 1.0);
-  *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
+  *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine &&
+                 2.0 * voxel_depth <= deepest * desc->cell_depth_max;
   const double edge_max = get_edge_max(world);
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
   while (edge < edge_max && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max &&
