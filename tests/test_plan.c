@@ -235,7 +235,7 @@ static void assert_air_shadows(test_fixture *f, const char *text, bool are_neede
   const np_stage_decision *stage = &plan.decisions.stages[NP_STAGE_AIR_SHADOWS];
   if (stage->is_needed != are_needed || !strstr(stage->reason, reason))
     fail_msg("%s: %s: %s", text, stage->is_needed ? "yes" : "no", stage->reason);
-  assert_int_equal(plan.decisions.air_ray_spacing > 0, are_needed);
+  assert_int_equal(plan.decisions.air_ray_spacing > 0.0, are_needed);
   np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
@@ -258,16 +258,20 @@ static void test_shadows_in_the_air_are_cast_where_they_may_be_seen(void **state
                      "render.air_shadows is true");
 }
 
-/* A quarter of a degree of the default 50 deg in 960 pixels; two pixels of a small picture. */
+/* A quarter of a degree of the default 50 deg in 960 pixels; a 64th of smaller pictures. */
 static void test_rays_for_shadows_are_a_quarter_of_a_degree_apart(void **state) {
   neph_scene *scene = load(*state, BAKE);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(plan.decisions.air_ray_spacing, 4);
+  assert_true(plan.decisions.air_ray_spacing == 4.0);
   assert_int_equal(neph_scene_set(scene, "camera.resolution", "[96, 54]"), NEPH_OK);
   np_plan_clear(&plan);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(plan.decisions.air_ray_spacing, 2);
+  assert_true(plan.decisions.air_ray_spacing == 1.5);
+  np_plan_clear(&plan);
+  assert_int_equal(neph_scene_set(scene, "camera.resolution", "[16, 9]"), NEPH_OK);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_true(plan.decisions.air_ray_spacing == 0.25);
   np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }

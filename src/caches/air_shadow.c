@@ -45,7 +45,7 @@ static np_spectrum get_sun_forward(const loss_job *job, double height_m) {
 }
 
 /* Light of the higher orders that a cell scatters out of clear air, but for what haze scatters straight on from behind
- * it. */
+ * it, which is the first to be counted where the sum would be more than there is. */
 typedef struct clear_parts {
   np_spectrum aureole; /* light from around the sun, which haze has scattered straight on, on its way from there */
   np_spectrum turned;  /* other light from above */
@@ -58,8 +58,9 @@ static clear_parts split_clear(const loss_job *job, const ray_cell *c, const np_
   clear_parts out;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float higher = np_maxf(c->higher.band[b], 0.0f);
-    out.aureole.band[b] = np_minf(expm1f(forward.band[b]) * c->first.band[b], higher);
-    const float straight = out.aureole.band[b] + cell->forward.band[b] * c->beyond.band[b];
+    const float behind = np_clampf(cell->forward.band[b] * c->beyond.band[b], 0.0f, higher);
+    out.aureole.band[b] = np_minf(expm1f(forward.band[b]) * c->first.band[b], higher - behind);
+    const float straight = out.aureole.band[b] + behind;
     out.turned.band[b] = np_maxf(higher - straight - clear->lower.band[b] * cell->lower.band[b], 0.0f);
     out.even.band[b] = clear->upper.band[b] * cell->upper.band[b];
   }
@@ -74,11 +75,19 @@ typedef struct ray_change {
 /* Light of the higher orders is several times even light towards the sun, and less away from it. */
 static const float unevenness_max = 8.0f;
 
-/* Share of the light around the sun that a cell lacks: in the shade, where clouds take as much of the sky's light, and
- * where hills hide more than half of that, of which it is the last. */
-static float lack_aureole(const ray_cell *c, float by_clouds, float by_hills, float clear) {
-  if (!(clear > 0.0f)) return c->shaded;
-  return np_minf(np_maxf(c->shaded, np_maxf(-by_clouds / clear, -2.0f * by_hills / clear - 1.0f)), 1.0f);
+/* Share of the light around the sun that is hidden from a cell: all in the shade of a cloud, and in that of a hill all
+ * but what comes over the ridge. */
+static float get_sun_hidden(const loss_job *job, const ray_cell *c, const np_lit_air_value *hills) {
+  if (!job->among_hills) return c->shaded;
+  const bool is_by_hill = !(c->shaded > 0.0f) || np_world_is_behind_terrain(job->world, c->middle, job->world->to_sun);
+  return is_by_hill ? hills->sun_hidden : np_maxf(c->shaded, hills->sun_hidden);
+}
+
+/* Share of the light around the sun that a cell lacks: what is hidden there, as much as clouds take of the sky's light,
+ * and, where hills hide more than half of that, as the last of it. */
+static float lack_aureole(float sun_hidden, float by_clouds, float by_hills, float clear) {
+  if (!(clear > 0.0f)) return sun_hidden;
+  return np_minf(np_maxf(sun_hidden, np_maxf(-by_clouds / clear, -2.0f * by_hills / clear - 1.0f)), 1.0f);
 }
 
 /* The change of a cell's light by clouds and hills. `*straight`: optical depth of what the cell scatters straight on.
@@ -98,15 +107,17 @@ static ray_change scatter(const loss_job *job, const ray_cell *c, const np_hemis
   const np_air_cell cell =
       np_air_cell_cross(job->world->atmosphere, c->middle, c->length_m, shares, c->direction.z, &beam, transmittance);
   const clear_parts parts = split_clear(job, c, &cell, &clear);
+  const float sun_hidden = get_sun_hidden(job, c, &hills);
   ray_change out;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float turned = parts.turned.band[b], even = parts.even.band[b], upper = cell.upper.band[b],
                 by_clouds = clouds.upper.band[b], by_hills = hills.hidden.band[b];
-    const float lacking = lack_aureole(c, by_clouds, by_hills, clear.upper.band[b]);
+    const float lacking = lack_aureole(sun_hidden, by_clouds, by_hills, clear.upper.band[b]);
     const float unevenness = even > 0.0f ? np_minf(turned / even, unevenness_max) : 1.0f;
     const float taken = unevenness > 1.0f ? clouds.hidden.band[b] : np_minf(by_clouds, 0.0f);
     out.lost.band[b] = taken * unevenness * upper - lacking * parts.aureole.band[b];
-    if (hilly) out.lost.band[b] += np_minf(by_hills * upper - lacking * (turned - even), 0.0f);
+    if (hilly)
+      out.lost.band[b] += by_hills * upper * np_minf(unevenness, 1.0f) - lacking * np_maxf(turned - even, 0.0f);
     out.other.band[b] = (by_clouds - taken + hills.upper.band[b] - by_hills) * upper +
                         (clouds.lower.band[b] + hills.lower.band[b]) * cell.lower.band[b] +
                         clouds.beam.band[b] * cell.beam.band[b];
@@ -173,13 +184,19 @@ static void add_cell(const ray_cell *c, const ray_change *change, np_spectrum st
 
 static uint16_t keep_share(float share) { return (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(share, 0.0f, 1.0f) + 0.5f); }
 
-/* `all`: clear air's light up to the place; `behind`: that from behind it. */
-static np_air_part keep_part(const ray_sums *sums, np_spectrum all, np_spectrum behind, float open) {
+/* Light of the air up to a plane. */
+typedef struct air_sums {
+  np_spectrum first, all;
+} air_sums;
+
+/* `air`: clear air's light up to the place; `behind`: that from behind it. */
+static np_air_part keep_part(const ray_sums *sums, const air_sums *air, np_spectrum behind, float open) {
   np_air_part out = {.other = sums->change.other, .covered = keep_share(open * sums->shaded)};
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float per = all.band[b] > 0.0f ? 1.0f / all.band[b] : 0.0f;
+    const float all = air->all.band[b], per = all > 0.0f ? 1.0f / all : 0.0f;
+    const float ahead = np_minf(expm1f(sums->straight.band[b]) * behind.band[b], all - air->first.band[b]);
     out.lost[b] = keep_share(-per * sums->change.lost.band[b]);
-    out.ahead[b] = keep_share(per * expm1f(sums->straight.band[b]) * behind.band[b]);
+    out.ahead[b] = keep_share(per * ahead);
     out.straight[b] = keep_share(sums->straight.band[b] / NP_STRAIGHT_DEPTH_MAX);
   }
   return out;
@@ -192,11 +209,6 @@ static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT])
   }
 }
 
-/* Light of the air up to a plane. */
-typedef struct air_sums {
-  np_spectrum first, all;
-} air_sums;
-
 static air_sums sum_air(const np_sky_ray *ray, double distance_m) {
   air_sums sums;
   sums.all = np_sky_ray_get_air(ray, distance_m, &sums.first).inscatter;
@@ -204,11 +216,13 @@ static air_sums sum_air(const np_sky_ray *ray, double distance_m) {
 }
 
 /* Radiance along a ray of clear air: of the sky, or of bare ground and the air before it. */
-static np_spectrum compute_clear(const loss_job *job, np_vec3 direction, const np_sky_ray *ray, np_spectrum air) {
+static np_spectrum compute_clear(const loss_job *job, np_vec3 direction, const np_sky_ray *ray) {
   np_ground_hit hit;
-  if (!np_world_intersect_ground(job->bare, job->visibility->rays.origin, direction, &hit)) return air;
-  const np_spectrum transmittance = np_sky_ray_get_air(ray, hit.distance_m, NULL).transmittance;
-  return np_spectrum_add(air, np_spectrum_multiply(transmittance, np_gather_air_light_ground(job->bare, &hit)));
+  if (!np_world_intersect_ground(job->bare, job->visibility->rays.origin, direction, &hit))
+    return np_sky_ray_get_air(ray, INFINITY, NULL).inscatter;
+  const np_aerial_perspective air = np_sky_ray_get_air(ray, hit.distance_m, NULL);
+  const np_spectrum light = np_spectrum_multiply(air.transmittance, np_gather_air_light_ground(job->bare, &hit));
+  return np_spectrum_add(air.inscatter, light);
 }
 
 /* Computes a node's changes from plane to plane; past the ray's end they stay constant. */
@@ -221,14 +235,13 @@ static void lose_node(const loss_job *job, size_t node) {
   const double ground = (double)v->ground_m[node];
   const np_sky_ray ray = np_sky_ray_start(job->world->camera_sky, direction);
   const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(ray.sky, direction);
-  const np_spectrum whole = sum_air(&ray, INFINITY).all;
   np_spectrum lost = np_spectrum_grey(0.0f), transmittance = np_spectrum_grey(1.0f);
   ray_sums sums = {.shaded = 0.0f};
   ground_around around;
-  np_spectrum clear = whole;
+  np_spectrum clear = lost;
   if (job->out->parts) {
     find_ground(job, direction, &around);
-    clear = compute_clear(job, direction, &ray, whole);
+    clear = compute_clear(job, direction, &ray);
   }
   air_sums before = {lost, lost};
   double begin = 0.0;
@@ -245,7 +258,7 @@ static void lose_node(const loss_job *job, size_t node) {
           .shaded = 1.0f - v->seen[node * CELLS + (size_t)c],
           .first = first,
           .higher = np_spectrum_subtract(np_spectrum_subtract(up_to.all, before.all), first),
-          .beyond = np_spectrum_subtract(whole, np_spectrum_mix(before.all, up_to.all, 0.5f)),
+          .beyond = np_spectrum_subtract(clear, np_spectrum_mix(before.all, up_to.all, 0.5f)),
       };
       lost = np_spectrum_add_scaled(lost, cell.shaded, first);
       if (job->out->parts) {
@@ -259,7 +272,7 @@ static void lose_node(const loss_job *job, size_t node) {
     keep(lost, up_to.first, job->out->visible_fraction[place]);
     if (!job->out->parts) continue;
     job->out->parts[place] =
-        keep_part(&sums, up_to.all, np_spectrum_subtract(clear, up_to.all), compute_open_share(&around, end));
+        keep_part(&sums, &up_to, np_spectrum_subtract(clear, up_to.all), compute_open_share(&around, end));
   }
   if (job->out->parts) job->out->ground_share[node] = 1.0f - compute_open_share(&around, HUGE_VAL);
 }
@@ -372,18 +385,22 @@ static float mix_shares(uint16_t near, uint16_t far, float part) {
   return np_mixf((float)near, (float)far, part) / NP_AIR_SHADOW_UNIT;
 }
 
-/* Adds the change between two planes of a node, `part` of the way from the nearer. */
-static void add_parts(const np_air_part *near, float ground_share, float part, float weight, np_ray_end end,
-                      bool is_past, np_air_change *sum) {
-  const np_air_part *far = near + 1;
+/* Adds the change between two planes of a node, `part` of the way from the nearer. Ground ends the node's ray before
+ * the last of its planes. */
+static void add_parts(const np_air_shadow *shadow, size_t node, int plane, float part, float weight, np_ray_end end,
+                      np_air_change *sum) {
+  const np_air_part *near = &shadow->parts[node * PLANES + (size_t)plane], *far = near + 1;
   const float share = end == NP_RAY_END_CLOUD    ? mix_shares(near->covered, far->covered, part)
-                      : end == NP_RAY_END_GROUND ? ground_share
+                      : end == NP_RAY_END_GROUND ? shadow->ground_share[node]
                                                  : 0.0f;
+  const bool is_past = plane >= CELLS - 1;
   sum->other = np_spectrum_add_scaled(sum->other, weight, np_spectrum_mix(near->other, far->other, part));
+  const np_air_part *last = &shadow->parts[node * PLANES + PLANES - 1];
+  const np_air_part *from = end == NP_RAY_END_GROUND ? last : near, *to = end == NP_RAY_END_GROUND ? last : far;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float lost = mix_losses((float)near->lost[b], (float)far->lost[b], part, is_past) / NP_AIR_SHADOW_UNIT,
-                ahead = mix_shares(near->ahead[b], far->ahead[b], part),
-                straight = NP_STRAIGHT_DEPTH_MAX * mix_shares(near->straight[b], far->straight[b], part);
+                ahead = mix_shares(from->ahead[b], to->ahead[b], part),
+                straight = NP_STRAIGHT_DEPTH_MAX * mix_shares(from->straight[b], to->straight[b], part);
     sum->higher_share.band[b] += weight * (lost + share * ahead);
     if (share > 0.0f) sum->passed.band[b] += weight * share * expm1f(straight);
   }
@@ -411,8 +428,7 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
     const uint16_t *near = shadow->visible_fraction[first], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
       sum.lost_share.band[b] += weight * mix_losses(get_loss(near[b]), get_loss(far[b]), along, is_past);
-    if (shadow->parts)
-      add_parts(&shadow->parts[first], shadow->ground_share[node], along, weight * begun, end, is_past, &sum);
+    if (shadow->parts) add_parts(shadow, node, plane, along, weight * begun, end, &sum);
     weights += weight;
   }
   const float all = 1.0f / weights;

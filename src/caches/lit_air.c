@@ -220,6 +220,31 @@ static radiance_change compute_change_by_hills(const air_fill *f, unsigned direc
   return change;
 }
 
+/* Directions around the sun, and sine of the largest angle to it: twice that by which haze scatters nearly straight on,
+ * since low light is scattered several times. */
+enum { AROUND_SUN = 32 };
+static const float around_sun_sine = 0.5f;
+
+/* Share of the directions around the sun in which hills hide the sky; those below the horizon do not count. */
+static float compute_sun_hidden(const air_fill *f, np_dvec3 point, int level) {
+  const np_vec3 to_sun = f->gather->world->to_sun;
+  const np_vec3 aside = fabsf(to_sun.z) < 0.9f ? np_vec3_make(0.0f, 0.0f, 1.0f) : np_vec3_make(1.0f, 0.0f, 0.0f);
+  const np_vec3 first = np_vec3_normalize(np_vec3_cross(to_sun, aside)), second = np_vec3_cross(to_sun, first);
+  int open = 0, hidden = 0;
+  for (unsigned i = 0; i < AROUND_SUN; i++) {
+    const float sine = around_sun_sine * ((float)i + 0.5f) / AROUND_SUN, angle = 2.3999632f * (float)i;
+    const np_vec3 away = np_vec3_add(np_vec3_scale(first, cosf(angle)), np_vec3_scale(second, sinf(angle)));
+    const np_vec3 towards = np_vec3_normalize(np_vec3_add(to_sun, np_vec3_scale(away, sine)));
+    np_ground_hit hill;
+    if (!(towards.z > 0.0f)) continue;
+    const np_dvec3 origin = choose_origin(f, point, level, i);
+    const bool is_hidden = isfinite(np_cloud_gather_find_ground(f->gather, origin, towards, &hill));
+    hidden += is_hidden;
+    open += !is_hidden;
+  }
+  return hidden > 0 ? (float)hidden / (float)(hidden + open) : 0.0f;
+}
+
 /* Adds a direction's share of the actinic flux. */
 static void add_flux(const air_fill *f, np_vec3 towards, radiance_change radiance, np_lit_air_value *sum) {
   const float share = 4.0f * NP_PI_F / (float)f->direction_count;
@@ -287,6 +312,7 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
           f->clear ? compute_change_by_hills(f, i, point, level, ray) : compute_change(f, i, point, level, ray, &fires);
       add_flux(f, f->directions[i].gather.towards, change, &sum);
     }
+    if (f->clear && count > 0) sum.sun_hidden = compute_sun_hidden(f, point, level);
     if (f->gather->world->emission) {
       add_fires(f, point, level, &fires);
       set_beam(&fires, &sum);
@@ -569,6 +595,7 @@ static np_lit_air_value interpolate(const np_lit_air *a, np_dvec3 position) {
     out.hidden = np_spectrum_add_scaled(out.hidden, weight, near->hidden);
     out.lower = np_spectrum_add_scaled(out.lower, weight, near->lower);
     out.beam = np_spectrum_add_scaled(out.beam, weight, near->beam);
+    out.sun_hidden += weight * near->sun_hidden;
     out.way = np_vec3_add(out.way, np_vec3_scale(near->way, weight));
   }
   return out;

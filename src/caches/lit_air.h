@@ -19,6 +19,7 @@ typedef struct np_lit_air_value {
   np_spectrum hidden; /* the part of `upper` that clear air has and the place lacks, 0 or less */
   np_spectrum lower;  /* hidden ground, light that clouds scatter up, and the ground's loss or gain of light */
   np_spectrum beam;   /* light that comes from burning clouds beside both */
+  float sun_hidden;   /* share of the light around the sun that hills hide */
   np_vec3 way;        /* mean of the beam's directions, towards the clouds: of length 1 where there is but one */
 } np_lit_air_value;
 

@@ -122,13 +122,15 @@ static double measure_shade(const np_assembly *assembly) {
 
 /* Bias of air among hills, whose light is the less even the more haze there is and the lower the sun, and of valleys in
  * their shade: 1 to 14 % in pictures of docs/results/light-caches.md. At a haze of this depth and more, and for each
- * share of the first order that is in shade. */
-static const double hill_haze = 0.035, hill_depth = 0.07, hill_shade = 0.2;
+ * share of the first order that is in shade. Where haze is thick, what it scatters straight on is spread by the next
+ * time: 5 % at this depth and more, whatever the sun. */
+static const double hill_haze = 0.035, hill_depth = 0.07, hill_shade = 0.2, hill_thick = 0.05, hill_thick_depth = 0.6;
 
 static double compute_hill_air(const np_frame *f, const cloud_light *light, const np_plan *plan) {
   if (!np_plan_needs(plan, NP_STAGE_TERRAIN) || !np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;
   const double low = 1.0 - fmax(light->sine, 0.0), haze = fmin(light->haze / hill_depth, 1.0);
-  return hypot(hill_haze * haze * low, hill_shade * measure_shade(f->assembly));
+  const double thick = hill_thick * fmin(light->haze / hill_thick_depth, 1.0);
+  return hypot(hypot(hill_haze * haze * low, thick), hill_shade * measure_shade(f->assembly));
 }
 
 /* Bias of hazy air under clouds, which is less even than the fluxes that it is computed from: 8 to 20 % in blue under a

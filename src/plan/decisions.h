@@ -34,9 +34,9 @@ typedef struct np_decisions {
   unsigned wavelength_count, packet_count; /* packets of three bands each */
   bool are_lights_known; /* not where only the height field states the place, and with it where the sun stands */
   np_scene_lights lights;
-  bool has_sun;             /* its light matters; the moon's is a stage */
-  unsigned emission_count;  /* clouds with emission */
-  unsigned air_ray_spacing; /* pixels between rays that look for shadows in the air; 0: none */
+  bool has_sun;            /* its light matters; the moon's is a stage */
+  unsigned emission_count; /* clouds with emission */
+  double air_ray_spacing;  /* pixels between rays that look for shadows in the air; 0: none */
   np_expected_cells cells;
   np_left_out left_out;
 } np_decisions;

@@ -65,12 +65,15 @@ static double compute_hill_shadow(const neph_scene *scene, double elevation_rad)
   return elevation_rad > 0.0 ? get_relief(&scene->terrain) / tan(elevation_rad) : HUGE_VAL;
 }
 
-unsigned np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene) {
+/* Rays across a small picture. */
+static const double rays_across = 64.0;
+
+double np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene) {
   const np_scene_camera *camera = &scene->camera;
   const double pixel = np_scene_camera_get_pixel_rad(camera, request->desc.width, request->desc.height);
   const bool is_flat = camera->kind == NEPH_CAMERA_PERSPECTIVE;
-  const double least = fmax(scene->render.detail_px, 2.0);
-  return (unsigned)fmin(fmax(round((is_flat ? flat_step_rad : round_step_rad) / pixel), least), 1024.0);
+  const double least = fmax(scene->render.detail_px, fmin(2.0, request->desc.width / rays_across));
+  return fmin(fmax(round((is_flat ? flat_step_rad : round_step_rad) / pixel), least), 1024.0);
 }
 
 void np_stage_choose_air_shadows(np_decision *d, np_stage_decision *out) {

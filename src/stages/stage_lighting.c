@@ -268,7 +268,7 @@ static np_vec3 get_film_direction(const void *camera, float x, float y) {
 /* Rays through every so many pixels of the picture; those about the crop, and two more, of which neighbours and
  * pixels' filters take part. */
 static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
-  const unsigned spacing = plan->decisions.air_ray_spacing;
+  const double spacing = plan->decisions.air_ray_spacing;
   const float step = 2.0f * c->tan_half_width * (float)spacing / (float)c->width;
   np_air_rays rays = {.origin = c->origin,
                       .forward = np_vec3_scale(c->back, -1.0f),
