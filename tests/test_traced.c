@@ -122,11 +122,37 @@ static void below_the_sea_there_is_sky(void **state) {
   neph_context_destroy(context);
 }
 
+/* Haze of a visual range of 2 km: `path` has these means (8000 samples, two seeds, which differ by 0.4 to 1.3 %). 5 %:
+ * the tables have −3, 0 and −1 % of them, and had 25 % more in blue, while they took the orders after the fourth for a
+ * series by the ratio of the last two, which still rise near the ground. */
+static void thick_haze_has_all_orders(void **state) {
+  (void)state;
+  static const double paths[3] = {0.01644, 0.01511, 0.0134};
+  neph_context *context = test_context_create_cached(2, NULL);
+  neph_image *image = render(context,
+                             "camera: {position: [0, -4 km, 900 m], look_at: [0, 0, 600 m], fov: 60 deg,\n"
+                             "  resolution: [16, 9]}\n"
+                             "atmosphere: {haze: hazy, visibility: 2 km, ground_albedo: 0.2}\n"
+                             "sun: {elevation: 15 deg, azimuth: 120 deg}\n"
+                             "render: {samples: 16}\n"
+                             "output: {color_space: bands, pixel_type: float}\n",
+                             NULL, NULL);
+  double mean[3];
+  read_triple(image, "nephos:mean", mean);
+  for (int b = 0; b < 3; b++) {
+    print_message("band %d: tables %+.1f %% of traced\n", b, 100.0 * (mean[b] / paths[b] - 1.0));
+    assert_near_relative(mean[b], paths[b], 0.05);
+  }
+  neph_image_destroy(image);
+  neph_context_destroy(context);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(tables_are_near_what_is_traced),
       cmocka_unit_test(header_tells_what_a_limit_took),
       cmocka_unit_test(below_the_sea_there_is_sky),
+      cmocka_unit_test(thick_haze_has_all_orders),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

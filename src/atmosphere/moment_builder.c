@@ -4,14 +4,15 @@
  *
  * At each node (altitude, sun cosine) the radiance of one order is gathered over directions and reduced to its moments,
  * which give the source of the next order everywhere. The rule over zenith angles is split at the true horizon, where
- * the radiance jumps. Orders 1 to 4 are summed one by one; later ones are a geometric series with the ratio M(4)/M(3),
- * which is nearly constant by then. */
+ * the radiance jumps. Orders 1 to 4, in opaque air to 8, are summed one by one; later ones are a geometric series with
+ * the ratio of the last two, which is nearly constant once light has reached the ground. */
 #include "atmosphere/moment_builder.h"
 
 #include "atmosphere/scattering_moments.h"
 #include "core/alloc.h"
 
-enum { SERIES_ORDER = 4 }; /* last gathered order; later ones form a geometric series */
+/* Last gathered order; later ones form a geometric series. */
+enum { SERIES_ORDER = 4, SERIES_ORDER_OPAQUE = 8 };
 
 /* Upper limit for the ratio of the geometric series. */
 static const float ratio_max = 0.9f;
@@ -142,7 +143,7 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
   b->table = out_table;
   b->disk = np_sun_disk_make(disk_angular_radius_rad, has_point_sun);
   b->is_series = order_max == NP_ORDERS_ALL;
-  b->order_max = b->is_series ? SERIES_ORDER : order_max;
+  b->order_max = !b->is_series ? order_max : medium->is_opaque ? SERIES_ORDER_OPAQUE : SERIES_ORDER;
   b->node_count = (size_t)(sizes->node_rows * sizes->node_columns);
   neph_result result = NEPH_ERROR_OUT_OF_MEMORY;
   np_bands *work = allocate_work(b);
