@@ -258,22 +258,21 @@ static void test_shadows_in_the_air_are_cast_where_they_may_be_seen(void **state
                      "render.air_shadows is true");
 }
 
-/* A quarter of a degree of the default 50 deg in 960 pixels; a 64th of smaller pictures. */
-static void test_rays_for_shadows_are_a_quarter_of_a_degree_apart(void **state) {
-  neph_scene *scene = load(*state, BAKE);
+static void assert_air_spacing(test_fixture *f, const char *text, double pixels) {
+  neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_true(plan.decisions.air_ray_spacing == 4.0);
-  assert_int_equal(neph_scene_set(scene, "camera.resolution", "[96, 54]"), NEPH_OK);
-  np_plan_clear(&plan);
-  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_true(plan.decisions.air_ray_spacing == 1.5);
-  np_plan_clear(&plan);
-  assert_int_equal(neph_scene_set(scene, "camera.resolution", "[16, 9]"), NEPH_OK);
-  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_true(plan.decisions.air_ray_spacing == 0.25);
+  assert_true(plan.decisions.air_ray_spacing == pixels);
   np_plan_clear(&plan);
   neph_scene_destroy(scene);
+}
+
+/* A quarter of a degree of the default 50 deg in 960 pixels; two pixels of a small picture, of hills a 64th of it. */
+static void test_rays_for_shadows_are_a_quarter_of_a_degree_apart(void **state) {
+  static const char hills[] = BAKE "terrain: {ridges: {samples: 129}}\ncamera: {resolution: [16, 9]}\n";
+  assert_air_spacing(*state, BAKE, 4.0);
+  assert_air_spacing(*state, BAKE "camera: {resolution: [96, 54]}\n", 2.0);
+  assert_air_spacing(*state, hills, 0.25);
 }
 
 static void assert_light_errors(test_fixture *f, const char *text, const char *reason) {

@@ -65,14 +65,16 @@ static double compute_hill_shadow(const neph_scene *scene, double elevation_rad)
   return elevation_rad > 0.0 ? get_relief(&scene->terrain) / tan(elevation_rad) : HUGE_VAL;
 }
 
-/* Rays across a small picture. */
+/* Rays across a small picture of hills, whose rims are sharper than those of clouds. */
 static const double rays_across = 64.0;
 
 double np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene) {
   const np_scene_camera *camera = &scene->camera;
   const double pixel = np_scene_camera_get_pixel_rad(camera, request->desc.width, request->desc.height);
   const bool is_flat = camera->kind == NEPH_CAMERA_PERSPECTIVE;
-  const double least = fmax(scene->render.detail_px, fmin(2.0, request->desc.width / rays_across));
+  const bool has_hills = scene->terrain.kind != NP_TERRAIN_NONE;
+  const double usual = 2.0, finest = has_hills ? fmin(usual, request->desc.width / rays_across) : usual;
+  const double least = fmax(scene->render.detail_px, finest);
   return fmin(fmax(round((is_flat ? flat_step_rad : round_step_rad) / pixel), least), 1024.0);
 }
 

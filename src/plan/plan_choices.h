@@ -9,7 +9,7 @@
 #include "plan/plan_parts.h"
 
 /* Distance in pixels between rays along which shadows in the air are searched: 0.25°, half of the sun's disk, but at
- * least two pixels, or less where that would leave fewer than 64 rays across the picture. */
+ * least two pixels, or less where that would leave fewer than 64 rays across a picture of hills. */
 double np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene);
 
 struct np_scattering_desc;
