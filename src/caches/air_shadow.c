@@ -144,14 +144,10 @@ static double compute_ground(const loss_job *job, np_vec3 towards) {
 }
 
 static void find_ground(const loss_job *job, np_vec3 direction, ground_around *out) {
-  const np_vec3 aside = fabsf(direction.z) < 0.9f ? np_vec3_make(0.0f, 0.0f, 1.0f) : np_vec3_make(1.0f, 0.0f, 0.0f);
-  const np_vec3 first = np_vec3_normalize(np_vec3_cross(direction, aside)), second = np_vec3_cross(direction, first);
   out->distance_m[AROUND] = compute_ground(job, direction);
   for (int i = 0; i < AROUND; i++) {
     const float angle = 2.0f * NP_PI_F * ((float)i + 0.5f) / AROUND;
-    const np_vec3 away = np_vec3_add(np_vec3_scale(first, cosf(angle)), np_vec3_scale(second, sinf(angle)));
-    out->distance_m[i] =
-        compute_ground(job, np_vec3_normalize(np_vec3_add(direction, np_vec3_scale(away, around_sine))));
+    out->distance_m[i] = compute_ground(job, np_gather_air_lean(direction, around_sine, angle));
   }
 }
 

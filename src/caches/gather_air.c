@@ -10,6 +10,13 @@ static const double reach_m = 40e3;
 
 static double compute_cell_end(int cell) { return reach_m * cell * cell / (CELLS * CELLS); }
 
+np_vec3 np_gather_air_lean(np_vec3 from, float sine, float angle) {
+  const np_vec3 aside = fabsf(from.z) < 0.9f ? np_vec3_make(0.0f, 0.0f, 1.0f) : np_vec3_make(1.0f, 0.0f, 0.0f);
+  const np_vec3 first = np_vec3_normalize(np_vec3_cross(from, aside)), second = np_vec3_cross(from, first);
+  const np_vec3 away = np_vec3_add(np_vec3_scale(first, cosf(angle)), np_vec3_scale(second, sinf(angle)));
+  return np_vec3_normalize(np_vec3_add(from, np_vec3_scale(away, sine)));
+}
+
 /* ---- Clear air ---- */
 
 np_spectrum np_gather_air_light_ground(const np_world *world, const np_ground_hit *hit) {

@@ -25,6 +25,9 @@ typedef struct np_gather_air {
   np_air_parts up_to[NP_GATHER_AIR_CELLS + 1]; /* up to the end of each cell, from no air on */
 } np_gather_air;
 
+/* A direction that leans from another, by a sine, to a side. */
+np_vec3 np_gather_air_lean(np_vec3 from, float sine, float angle);
+
 /* Radiance of bare ground under a clear sky. */
 np_spectrum np_gather_air_light_ground(const np_world *world, const np_ground_hit *hit);
 

@@ -228,13 +228,10 @@ static const float around_sun_sine = 0.5f;
 /* Share of the directions around the sun in which hills hide the sky; those below the horizon do not count. */
 static float compute_sun_hidden(const air_fill *f, np_dvec3 point, int level) {
   const np_vec3 to_sun = f->gather->world->to_sun;
-  const np_vec3 aside = fabsf(to_sun.z) < 0.9f ? np_vec3_make(0.0f, 0.0f, 1.0f) : np_vec3_make(1.0f, 0.0f, 0.0f);
-  const np_vec3 first = np_vec3_normalize(np_vec3_cross(to_sun, aside)), second = np_vec3_cross(to_sun, first);
   int open = 0, hidden = 0;
   for (unsigned i = 0; i < AROUND_SUN; i++) {
     const float sine = around_sun_sine * ((float)i + 0.5f) / AROUND_SUN, angle = 2.3999632f * (float)i;
-    const np_vec3 away = np_vec3_add(np_vec3_scale(first, cosf(angle)), np_vec3_scale(second, sinf(angle)));
-    const np_vec3 towards = np_vec3_normalize(np_vec3_add(to_sun, np_vec3_scale(away, sine)));
+    const np_vec3 towards = np_gather_air_lean(to_sun, sine, angle);
     np_ground_hit hill;
     if (!(towards.z > 0.0f)) continue;
     const np_dvec3 origin = choose_origin(f, point, level, i);
