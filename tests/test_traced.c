@@ -122,28 +122,42 @@ static void below_the_sea_there_is_sky(void **state) {
   neph_context_destroy(context);
 }
 
-/* Haze of a visual range of 2 km: `path` has these means (8000 samples, two seeds, which differ by 0.4 to 1.3 %). 5 %:
- * the tables have −3, 0 and −1 % of them, and had 25 % more in blue, while they took the orders after the fourth for a
- * series by the ratio of the last two, which still rise near the ground. */
-static void thick_haze_has_all_orders(void **state) {
+/* Air of a visual range of 2 km, from the middle of the haze and from its ground, and what `path` has: means of 8000
+ * and of 20 000 samples, whose standard errors are 0.2 to 1.3 %. */
+static const struct {
+  const char *text;
+  double paths[3];
+} hazes[] = {
+    {"camera: {position: [0, -4 km, 900 m], look_at: [0, 0, 600 m], fov: 60 deg, resolution: [16, 9]}\n"
+     "atmosphere: {haze: hazy, visibility: 2 km, ground_albedo: 0.2}\n"
+     "sun: {elevation: 15 deg, azimuth: 120 deg}\n"
+     "render: {samples: 16}\n"
+     "output: {color_space: bands, pixel_type: float}\n",
+     {0.01644, 0.01511, 0.0134}},
+    {"camera: {position: [0, 0, 60 m], look_at: [0, 5 km, 300 m], fov: 60 deg, resolution: [16, 9]}\n"
+     "atmosphere: {haze: hazy, visibility: 2 km, ground_albedo: 0.2}\n"
+     "sun: {elevation: 30 deg, azimuth: 150 deg}\n"
+     "render: {samples: 16}\n"
+     "output: {color_space: bands, pixel_type: float}\n",
+     {0.02676, 0.02498, 0.01818}},
+};
+
+/* Within 4 %: the tables are −2.5 to +1.2 % off. They had 10 % more in blue while their altitudes lay 590 m apart at
+ * the ground, and 25 % while orders after the fourth were a series by the ratio of the last two, which rises there. */
+static void thick_haze_has_all_light(void **state) {
   (void)state;
-  static const double paths[3] = {0.01644, 0.01511, 0.0134};
   neph_context *context = test_context_create_cached(2, NULL);
-  neph_image *image = render(context,
-                             "camera: {position: [0, -4 km, 900 m], look_at: [0, 0, 600 m], fov: 60 deg,\n"
-                             "  resolution: [16, 9]}\n"
-                             "atmosphere: {haze: hazy, visibility: 2 km, ground_albedo: 0.2}\n"
-                             "sun: {elevation: 15 deg, azimuth: 120 deg}\n"
-                             "render: {samples: 16}\n"
-                             "output: {color_space: bands, pixel_type: float}\n",
-                             NULL, NULL);
-  double mean[3];
-  read_triple(image, "nephos:mean", mean);
-  for (int b = 0; b < 3; b++) {
-    print_message("band %d: tables %+.1f %% of traced\n", b, 100.0 * (mean[b] / paths[b] - 1.0));
-    assert_near_relative(mean[b], paths[b], 0.05);
+  for (size_t i = 0; i < sizeof hazes / sizeof *hazes; i++) {
+    neph_image *image = render(context, hazes[i].text, NULL, NULL);
+    double mean[3];
+    read_triple(image, "nephos:mean", mean);
+    for (int b = 0; b < 3; b++) {
+      print_message("haze %zu, band %d: tables %+.1f %% of traced\n", i, b,
+                    100.0 * (mean[b] / hazes[i].paths[b] - 1.0));
+      assert_near_relative(mean[b], hazes[i].paths[b], 0.04);
+    }
+    neph_image_destroy(image);
   }
-  neph_image_destroy(image);
   neph_context_destroy(context);
 }
 
@@ -152,7 +166,7 @@ int main(void) {
       cmocka_unit_test(tables_are_near_what_is_traced),
       cmocka_unit_test(header_tells_what_a_limit_took),
       cmocka_unit_test(below_the_sea_there_is_sky),
-      cmocka_unit_test(thick_haze_has_all_orders),
+      cmocka_unit_test(thick_haze_has_all_light),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,7 +4,7 @@
  *
  * At each node (altitude, sun cosine) the radiance of one order is gathered over directions and reduced to its moments,
  * which give the source of the next order everywhere. The rule over zenith angles is split at the true horizon, where
- * the radiance jumps. Orders 1 to 4, in opaque air to 8, are summed one by one; later ones are a geometric series with
+ * the radiance jumps. Orders 1 to 4, in opaque air to 12, are summed one by one; later ones are a geometric series with
  * the ratio of the last two, which is nearly constant once light has reached the ground. */
 #include "atmosphere/moment_builder.h"
 
@@ -12,7 +12,7 @@
 #include "core/alloc.h"
 
 /* Last gathered order; later ones form a geometric series. */
-enum { SERIES_ORDER = 4, SERIES_ORDER_OPAQUE = 8 };
+enum { SERIES_ORDER = 4, SERIES_ORDER_OPAQUE = 12 };
 
 /* Upper limit for the ratio of the geometric series. */
 static const float ratio_max = 0.9f;

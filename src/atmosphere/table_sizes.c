@@ -47,7 +47,12 @@ np_table_sizes np_table_sizes_make(double tolerance) {
   return n;
 }
 
+/* Times as many altitudes in opaque air: else 590 m lie between those at the ground, and light changes with the depth
+ * of haze (docs/results/sky.md). */
+static const int opaque_rows = 3;
+
 void np_table_sizes_adapt(np_table_sizes *sizes, const np_medium *medium) {
+  if (medium->is_opaque) sizes->moments.node_rows *= opaque_rows;
   if (!np_warp_is_needed(medium)) return;
   const int moments = 2 * sizes->moments.points, view = 2 * sizes->view.points;
   sizes->moments.points = moments < NP_VIEW_POINTS_MAX ? moments : NP_VIEW_POINTS_MAX;
