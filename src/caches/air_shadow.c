@@ -138,9 +138,7 @@ typedef struct ground_around {
 } ground_around;
 
 static double compute_ground(const loss_job *job, np_vec3 towards) {
-  np_ground_hit hit;
-  const bool has_hit = np_world_intersect_ground(job->world, job->visibility->rays.origin, towards, &hit);
-  return has_hit ? hit.distance_m : HUGE_VAL;
+  return np_world_find_ground(job->world, job->visibility->rays.origin, towards, NULL);
 }
 
 static void find_ground(const loss_job *job, np_vec3 direction, ground_around *out) {

@@ -111,8 +111,7 @@ static double compute_lit_end(const shadow_probe *p, np_vec3 direction) {
 }
 
 static double compute_ground_distance(const shadow_probe *p, np_vec3 direction) {
-  np_ground_hit hit;
-  return np_world_intersect_ground(p->world, p->out->rays.origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
+  return np_world_find_ground(p->world, p->out->rays.origin, direction, NULL);
 }
 
 static np_spectrum compute_first_order(const np_sky_ray *ray, double distance_m) {

@@ -137,8 +137,7 @@ double np_cloud_gather_compute_voxel(const np_world *world) {
 }
 
 np_dvec3 np_cloud_gather_ground(const np_cloud_gather *g, double x, double y) {
-  const np_dvec3 above = np_dvec3_make(x, y, g->bounds_max.z + 1e4);
-  np_ground_hit hit;
-  return np_world_intersect_ground(g->world, above, np_vec3_make(0, 0, -1), &hit) ? hit.position
-                                                                                  : np_dvec3_make(x, y, 0.0);
+  np_dvec3 position = np_dvec3_make(x, y, 0.0);
+  (void)np_world_find_ground(g->world, np_dvec3_make(x, y, g->bounds_max.z + 1e4), np_vec3_make(0, 0, -1), &position);
+  return position;
 }

@@ -232,10 +232,9 @@ static float compute_sun_hidden(const air_fill *f, np_dvec3 point, int level) {
   for (unsigned i = 0; i < AROUND_SUN; i++) {
     const float sine = around_sun_sine * ((float)i + 0.5f) / AROUND_SUN, angle = 2.3999632f * (float)i;
     const np_vec3 towards = np_gather_air_lean(to_sun, sine, angle);
-    np_ground_hit hill;
     if (!(towards.z > 0.0f)) continue;
     const np_dvec3 origin = choose_origin(f, point, level, i);
-    const bool is_hidden = isfinite(np_cloud_gather_find_ground(f->gather, origin, towards, &hill));
+    const bool is_hidden = isfinite(np_world_find_ground(f->gather->world, origin, towards, NULL));
     hidden += is_hidden;
     open += !is_hidden;
   }
@@ -529,6 +528,7 @@ neph_result np_lit_air_build_among_hills(neph_context *context, const np_world *
   if (!(wider[0] > 0.0 && wider[1] > 0.0)) return NEPH_OK;
   const np_cloud_gather hills = {.world = &hilly,
                                  .depths = depths,
+                                 .is_coarse = reach->is_coarse,
                                  .bounds_min = {begin[0] - wider[0], begin[1] - wider[1], low.z},
                                  .bounds_max = {end[0] + wider[0], end[1] + wider[1], high.z}};
   np_cloud_gather clear = hills;

@@ -58,6 +58,7 @@ typedef struct np_hill_reach {
   np_dvec3 eye;
   double distance_m;   /* distance from the eye along x and y */
   bool is_shade_known; /* another lattice has what air lacks in their shade */
+  bool is_coarse;      /* points are twice as far apart */
 } np_hill_reach;
 
 /* Computes the lattice over hills for the world's camera sky, without clouds: the change by what hills hide of sky and

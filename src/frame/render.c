@@ -14,9 +14,9 @@
 static void warn_of_buried_camera(const np_assembly *a) {
   const np_world *world = &a->packets[0].lights[0].world;
   const np_dvec3 at = a->camera.origin;
-  np_ground_hit hit;
-  if (!np_world_intersect_ground(world, at, np_zenith(at, world->planet_radius_m), &hit)) return;
-  const double depth = hit.distance_m > 0.0 ? hit.distance_m : -np_altitude(at, world->planet_radius_m);
+  const double distance_m = np_world_find_ground(world, at, np_zenith(at, world->planet_radius_m), NULL);
+  if (isinf(distance_m)) return;
+  const double depth = distance_m > 0.0 ? distance_m : -np_altitude(at, world->planet_radius_m);
   if (depth < NP_TERRAIN_LIFT_M) return;
   np_log(a->context, NEPH_LOG_WARNING,
          "camera.position is %.4g m below the ground, and sees nothing but ground: raise it by more than that", depth);

@@ -236,9 +236,7 @@ static const float np_emission_far_step_voxels = 2.0f;
 
 /* Distance of a ray to the ground. */
 static inline double np_emission_get_end(const np_world *world, np_dvec3 origin, np_vec3 direction) {
-  np_ground_hit hit;
-  if (!world->has_planet && !world->terrain) return HUGE_VAL;
-  return np_world_intersect_ground(world, origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
+  return world->has_planet || world->terrain ? np_world_find_ground(world, origin, direction, NULL) : HUGE_VAL;
 }
 
 /* A direction towards an emitter, `u` choosing which, and its density; false where there is none. */

@@ -215,8 +215,7 @@ static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_clou
                             .depths = &depths,
                             .scattering = in->scattering,
                             .bounds_min = np_dvec3_subtract(in->clouds->low, voxel),
-                            .is_coarse = np_stage_is_coarse(&in->part) ||
-                                         in->part.scene->render.light_residual >= NP_SCATTERING_ROUGH,
+                            .is_coarse = np_stage_has_rough_light(&in->part),
                             .bounds_max = np_dvec3_add(in->clouds->high, voxel),
                             .fold = *np_scattering_field_get_fold(in->scattering)};
   set_period(&gather, 0, &gather.bounds_min.x, &gather.bounds_max.x);

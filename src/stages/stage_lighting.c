@@ -337,7 +337,7 @@ static neph_result light_air_among_hills(const np_air_shadows_inputs *in, np_lit
   *out = (np_lit_air){.points = NULL};
   if (!in->terrain || !in->world->atmosphere) return NEPH_OK;
   const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
-  const np_hill_reach reach = {in->camera->origin, hills_reach_m, in->cloud_light};
+  const np_hill_reach reach = {in->camera->origin, hills_reach_m, in->cloud_light, np_stage_has_rough_light(&in->part)};
   return np_lit_air_build_among_hills(in->context, in->world, &depths, &reach, in->monitor, out);
 }
 

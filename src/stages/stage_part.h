@@ -115,6 +115,11 @@ extern const np_stage_salvage np_stage_salvage_ordinates;
 /* Whether the picture has fewer pixels than the one whose detail it has. */
 static inline bool np_stage_is_coarse(const np_stage_part *in) { return np_request_is_coarse(&in->plan->request); }
 
+/* Whether light that is gathered in the air and on the ground may be coarse: of first pictures and of drafts. */
+static inline bool np_stage_has_rough_light(const np_stage_part *in) {
+  return np_stage_is_coarse(in) || in->scene->render.light_residual >= NP_SCATTERING_ROUGH;
+}
+
 /* Whether results of earlier pictures serve this one that are near its own. */
 static inline bool np_stage_takes_near(const np_stage_part *in) { return in->plan->request.takes_near; }
 

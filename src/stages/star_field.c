@@ -62,9 +62,8 @@ static float compute_twinkle(const np_star_field_desc *d, size_t index, np_vec3 
 
 static np_spectrum compute_irradiance(const np_star_field_desc *d, size_t index, np_vec3 direction) {
   const np_world *world = d->world;
-  np_ground_hit ground;
   if (np_disk_covers(&world->night->moon, direction)) return np_spectrum_grey(0.0f);
-  if (!d->camera && np_world_intersect_ground(world, d->origin, direction, &ground)) return np_spectrum_grey(0.0f);
+  if (!d->camera && isfinite(np_world_find_ground(world, d->origin, direction, NULL))) return np_spectrum_grey(0.0f);
   const np_star *star = &d->catalogue->stars[index];
   np_spectrum irradiance = np_star_irradiance((double)star->v_magnitude, (double)star->b_minus_v, d->wavelength_nm);
   if (world->atmosphere)

@@ -396,9 +396,10 @@ static void lift_above_ground(const border_fill *f, np_dvec3 *place) {
   const np_world *world = f->world;
   if (!world->terrain && !world->has_planet) return;
   const double top = fmax(world->terrain ? world->terrain_max.z : f->high[2], f->high[2]) + clearance_m;
-  np_ground_hit hit;
-  if (np_world_intersect_ground(world, np_dvec3_make(place->x, place->y, top), np_vec3_make(0.0f, 0.0f, -1.0f), &hit))
-    place->z = fmax(place->z, hit.position.z + clearance_m);
+  np_dvec3 ground = *place;
+  const np_dvec3 above = np_dvec3_make(place->x, place->y, top);
+  if (isfinite(np_world_find_ground(world, above, np_vec3_make(0.0f, 0.0f, -1.0f), &ground)))
+    place->z = fmax(place->z, ground.z + clearance_m);
 }
 
 static void start_node(border_node *n, const border_fill *f) {

@@ -92,10 +92,10 @@ static np_dvec3 choose_place(const boundary_samples *o, size_t sample) {
   const double u = fmod(0.7548776662466927 * (double)sample, 1.0), v = fmod(0.5698402909980532 * (double)sample, 1.0);
   np_dvec3 place = np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
   const double top = fmax(o->world->terrain_max.z, place.z) + clearance_m;
-  np_ground_hit hit;
-  if (o->world->terrain &&
-      np_world_intersect_ground(o->world, np_dvec3_make(place.x, place.y, top), np_vec3_make(0.0f, 0.0f, -1.0f), &hit))
-    place.z = fmax(place.z, hit.position.z + clearance_m);
+  const np_dvec3 above = np_dvec3_make(place.x, place.y, top);
+  np_dvec3 ground = place;
+  if (o->world->terrain && isfinite(np_world_find_ground(o->world, above, np_vec3_make(0.0f, 0.0f, -1.0f), &ground)))
+    place.z = fmax(place.z, ground.z + clearance_m);
   return place;
 }
 

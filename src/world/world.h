@@ -152,6 +152,10 @@ typedef struct np_ground_hit {
   np_vec3 to_viewer;     /* unit, towards the ray's origin; of rough land alone */
 } np_ground_hit;
 
+/* Distance of the nearest terrain, water or sphere along a ray; infinite where there is none. `out_position`, if not
+ * NULL, receives the position of the hit that np_world_intersect_ground has, without the time that land cover takes. */
+double np_world_find_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_dvec3 *out_position);
+
 /* Nearest terrain, water or sphere along a ray. Land cover has its mean. */
 bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit);
 

@@ -46,23 +46,33 @@ static float compute_footprint(const np_ground_cone *cone, const np_terrain_hit 
   return cone->spread_rad * (float)(cone->begin_m + terrain->distance) / sqrtf(cosine);
 }
 
-static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 direction, const np_ground_cone *cone,
-                            const np_terrain_hit *terrain, np_ground_hit *out) {
-  out->distance_m = terrain->distance;
-  out->position = np_dvec3_along(origin, direction, terrain->distance);
-  out->position = np_dvec3_add(out->position, np_vec3_to_double(terrain->rise));
-  out->normal = terrain->normal;
-  out->albedo = world->terrain_albedo;
-  out->water = NULL;
-  out->roughness = np_terrain_get_roughness(world->terrain);
-  out->to_viewer = np_vec3_scale(direction, -1.0f);
-  if (!np_terrain_has_cover(world->terrain)) return;
+/* Ground that a ray meets; the hit lacks land cover, which terrain may have. */
+typedef struct met_ground {
+  np_ground_hit hit;
+  np_terrain_hit terrain;
+  bool is_terrain;
+} met_ground;
+
+static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 direction, met_ground *out) {
+  np_ground_hit *hit = &out->hit;
+  hit->distance_m = out->terrain.distance;
+  hit->position = np_dvec3_along(origin, direction, out->terrain.distance);
+  hit->position = np_dvec3_add(hit->position, np_vec3_to_double(out->terrain.rise));
+  hit->normal = out->terrain.normal;
+  hit->albedo = world->terrain_albedo;
+  hit->water = NULL;
+  hit->roughness = np_terrain_get_roughness(world->terrain);
+  hit->to_viewer = np_vec3_scale(direction, -1.0f);
+  out->is_terrain = true;
+}
+
+static np_spectrum compute_cover(const np_world *world, const np_terrain_hit *terrain, float footprint_m) {
   float albedo[NP_BAND_COUNT];
-  np_terrain_eval_albedo(world->terrain, terrain, compute_footprint(cone, terrain, direction), albedo);
-  out->albedo = np_spectrum_grey(0.0f);
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    out->albedo = np_spectrum_add_scaled(out->albedo, albedo[b], world->terrain_basis[b]);
-  for (int b = 0; b < NP_BAND_COUNT; b++) out->albedo.band[b] = np_clampf(out->albedo.band[b], 0.0f, 1.0f);
+  np_terrain_eval_albedo(world->terrain, terrain, footprint_m, albedo);
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (int b = 0; b < NP_BAND_COUNT; b++) sum = np_spectrum_add_scaled(sum, albedo[b], world->terrain_basis[b]);
+  for (int b = 0; b < NP_BAND_COUNT; b++) sum.band[b] = np_clampf(sum.band[b], 0.0f, 1.0f);
+  return sum;
 }
 
 /* Whether a point below sea level is above ground in a hollow of the height field: it may be deeper than the ground
@@ -75,11 +85,9 @@ static bool may_meet_terrain(const np_world *world, np_dvec3 origin, np_vec3 dir
   return world->terrain && !(origin.z > world->terrain_max.z && direction.z >= 0.0f);
 }
 
-static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direction, const np_ground_cone *cone,
-                           np_ground_hit *out_hit) {
-  np_terrain_hit terrain;
+static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direction, met_ground *out) {
   const bool has_terrain = may_meet_terrain(world, origin, direction) &&
-                           np_terrain_intersect(world->terrain, origin, direction, INFINITY, &terrain);
+                           np_terrain_intersect(world->terrain, origin, direction, INFINITY, &out->terrain);
   const double sphere = world->has_planet ? intersect_sphere(world, 0.0, origin, direction) : -1.0;
   bool is_sphere = sphere >= 0.0;
   /* Land below sea level lies below the sphere: within the height field, that alone is the ground. */
@@ -87,40 +95,58 @@ static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direc
   if (is_below && is_in_hollow(world, origin)) is_sphere = false;
   if (has_terrain && is_sphere && !is_below) {
     const np_dvec3 p = np_dvec3_along(origin, direction, sphere);
-    is_sphere = sphere < terrain.distance && !np_terrain_covers(world->terrain, p.x, p.y);
+    is_sphere = sphere < out->terrain.distance && !np_terrain_covers(world->terrain, p.x, p.y);
   }
   if (is_sphere)
-    set_sphere_hit(world, 0.0, origin, direction, sphere, out_hit);
+    set_sphere_hit(world, 0.0, origin, direction, sphere, &out->hit);
   else if (has_terrain)
-    set_terrain_hit(world, origin, direction, cone, &terrain, out_hit);
+    set_terrain_hit(world, origin, direction, out);
   return is_sphere || has_terrain;
 }
 
 /* Intersection with the sea, which hides the planet's sphere and is pierced by terrain. */
-static bool intersect_sea(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
-                          const np_ground_cone *cone, np_ground_hit *out_hit) {
-  np_terrain_hit terrain;
+static bool intersect_sea(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction, met_ground *out) {
   const double water = intersect_sphere(world, level_m, origin, direction);
   const bool is_land =
       water != 0.0 && may_meet_terrain(world, origin, direction) &&
-      np_terrain_intersect(world->terrain, origin, direction, water > 0.0 ? water : HUGE_VAL, &terrain);
+      np_terrain_intersect(world->terrain, origin, direction, water > 0.0 ? water : HUGE_VAL, &out->terrain);
   if (is_land)
-    set_terrain_hit(world, origin, direction, cone, &terrain, out_hit);
+    set_terrain_hit(world, origin, direction, out);
   else if (water >= 0.0)
-    set_water_hit(world, level_m, origin, direction, water, out_hit);
+    set_water_hit(world, level_m, origin, direction, water, &out->hit);
   return is_land || water >= 0.0;
 }
 
 /* Intersection with a lake below the sphere, in hollows of the terrain. */
-static bool intersect_lake(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
-                           const np_ground_cone *cone, np_ground_hit *out_hit) {
-  const bool is_land = intersect_land(world, origin, direction, cone, out_hit);
+static bool intersect_lake(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction, met_ground *out) {
+  const bool is_land = intersect_land(world, origin, direction, out);
   const double water = intersect_sphere(world, level_m, origin, direction);
-  if (water < 0.0 || (is_land && water >= out_hit->distance_m)) return is_land;
+  if (water < 0.0 || (is_land && water >= out->hit.distance_m)) return is_land;
   const np_dvec3 p = np_dvec3_along(origin, direction, water);
   if (!world->terrain || !np_terrain_covers(world->terrain, p.x, p.y)) return is_land;
-  set_water_hit(world, level_m, origin, direction, water, out_hit);
+  set_water_hit(world, level_m, origin, direction, water, &out->hit);
+  out->is_terrain = false;
   return true;
+}
+
+static bool find_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, met_ground *out) {
+  bool is_met;
+  out->is_terrain = false;
+  if (world->water && world->has_planet) {
+    const double level_m = world->water->level_m + NP_WATER_LIFT_M;
+    is_met = (world->water->level_m >= 0.0 ? intersect_sea : intersect_lake)(world, level_m, origin, direction, out);
+  } else {
+    is_met = intersect_land(world, origin, direction, out);
+  }
+  if (is_met) out->hit.position = np_dvec3_along(out->hit.position, out->hit.normal, NP_TERRAIN_LIFT_M);
+  return is_met;
+}
+
+double np_world_find_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_dvec3 *out_position) {
+  met_ground met;
+  if (!find_ground(world, origin, direction, &met)) return HUGE_VAL;
+  if (out_position) *out_position = met.hit.position;
+  return met.hit.distance_m;
 }
 
 bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit) {
@@ -129,16 +155,12 @@ bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 d
 
 bool np_world_intersect_ground_cone(const np_world *world, np_dvec3 origin, np_vec3 direction,
                                     const np_ground_cone *cone, np_ground_hit *out_hit) {
-  bool is_met;
-  if (world->water && world->has_planet) {
-    const double level_m = world->water->level_m + NP_WATER_LIFT_M;
-    is_met = (world->water->level_m >= 0.0 ? intersect_sea : intersect_lake)(world, level_m, origin, direction, cone,
-                                                                             out_hit);
-  } else {
-    is_met = intersect_land(world, origin, direction, cone, out_hit);
-  }
-  if (is_met) out_hit->position = np_dvec3_along(out_hit->position, out_hit->normal, NP_TERRAIN_LIFT_M);
-  return is_met;
+  met_ground met;
+  if (!find_ground(world, origin, direction, &met)) return false;
+  *out_hit = met.hit;
+  if (met.is_terrain && np_terrain_has_cover(world->terrain))
+    out_hit->albedo = compute_cover(world, &met.terrain, compute_footprint(cone, &met.terrain, direction));
+  return true;
 }
 
 float np_world_get_sky_share(const np_world *world, const np_ground_hit *hit) {
