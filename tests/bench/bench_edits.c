@@ -3,7 +3,9 @@
  * field of 160×90 pixels, after the same scene with the edit's other value. Medians of wall and CPU seconds of RUNS
  * pictures.
  *
- * usage: bench_edits [THREADS [EDIT]]
+ * usage: bench_edits [THREADS [EDIT [LOG]]]
+ *
+ * LOG receives the CPU time of each piece of each parallel loop, as neph_context_desc.loop_log has it.
  */
 #include <math.h>
 #include <stdio.h>
@@ -104,20 +106,12 @@ static void print_edit(neph_context *context, const edit *e) {
   fflush(stdout);
 }
 
-int main(int argc, char **argv) {
-  neph_context *context = NULL;
-  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+/* Prints the row of a larger picture from nothing. */
+static void print_first(neph_context *context) {
   neph_scene *scene;
-  desc.thread_count = argc > 1 ? (unsigned)strtoul(argv[1], NULL, 10) : 2;
-  check(neph_context_create(&desc, &context));
-  printf("| edit | key | draft: wall, s | CPU, s | first picture: wall, s | CPU, s | goal, wall s |\n"
-         "| --- | --- | --- | --- | --- | --- | --- |\n");
-  for (size_t i = 0; i < sizeof edits / sizeof *edits; i++)
-    if (argc < 3 || !strcmp(argv[2], edits[i].name)) print_edit(context, &edits[i]);
-  if (argc > 2) return 0;
+  double wall_s[RUNS], cpu_s[RUNS];
   check(neph_scene_load_text(context, field, "field", &scene));
   check(neph_scene_set(scene, "camera.resolution", "[480, 270]"));
-  double wall_s[RUNS], cpu_s[RUNS];
   for (int i = 0; i < RUNS; i++) {
     neph_renderer *renderer;
     check(neph_renderer_create(context, &renderer));
@@ -127,6 +121,19 @@ int main(int argc, char **argv) {
   }
   printf("| none: 480×270 from nothing | | %.3f | %.3f | | | 1.60 |\n", get_median(wall_s), get_median(cpu_s));
   neph_scene_destroy(scene);
+}
+
+int main(int argc, char **argv) {
+  neph_context *context = NULL;
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.loop_log = argc > 3 ? argv[3] : NULL;
+  desc.thread_count = argc > 1 ? (unsigned)strtoul(argv[1], NULL, 10) : 2;
+  check(neph_context_create(&desc, &context));
+  printf("| edit | key | draft: wall, s | CPU, s | first picture: wall, s | CPU, s | goal, wall s |\n"
+         "| --- | --- | --- | --- | --- | --- | --- |\n");
+  for (size_t i = 0; i < sizeof edits / sizeof *edits; i++)
+    if (argc < 3 || !strcmp(argv[2], edits[i].name)) print_edit(context, &edits[i]);
+  if (argc < 3) print_first(context);
   neph_context_destroy(context);
   return 0;
 }
