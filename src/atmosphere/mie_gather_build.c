@@ -23,6 +23,7 @@ typedef struct gather_job {
   const np_moment_table *moments; /* divisor of the stored source */
   const np_gather_kernel *kernel;
   const np_water *water;                          /* ground of the domes; NULL: land */
+  np_water_mirror mirror;                         /* reflects skylight where there is water */
   np_water_skylight skylight[NP_GATHER_SUNS_MAX]; /* found in the pass before */
   np_gather_table *table;
 } gather_job;
@@ -109,14 +110,14 @@ static neph_result gather_pieces(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-static neph_result split_skylight(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result reflect_skylight(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   gather_job *job = user;
   np_scattered dome[NP_GATHER_INPUTS_MAX];
   np_bands phase[NP_GATHER_INPUTS_MAX];
   for (size_t sun = begin; sun < end; sun++) {
     trace_dome(job, 0, (int)sun, dome, phase);
-    job->skylight[sun] = np_gather_ground_split(job->kernel, job->water, dome, phase);
+    np_water_mirror_reflect(&job->mirror, job->kernel, dome, phase, &job->skylight[sun]);
   }
   return NEPH_OK;
 }
@@ -149,13 +150,14 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
                     .water = water,
                     .table = first};
   const size_t pieces = (size_t)out_table->sun_count * (size_t)kernel->altitude_count;
-  neph_result result = NEPH_OK;
+  neph_result result = water ? np_water_mirror_init(context, kernel, water, &job.mirror) : NEPH_OK;
   for (int pass = 1; !result && pass <= kernel->passes; pass++) {
     job.table = (kernel->passes - pass) % 2 ? first : out_table;
-    if (water) result = np_parallel_for(context, monitor, (size_t)out_table->sun_count, 1, split_skylight, &job);
+    if (water) result = np_parallel_for(context, monitor, (size_t)out_table->sun_count, 1, reflect_skylight, &job);
     if (!result) result = np_parallel_for(context, monitor, pieces, 1, gather_pieces, &job);
     job.light.gather = job.table;
   }
+  np_water_mirror_clear(&job.mirror);
   np_alloc_free(context, first);
   return result;
 }
