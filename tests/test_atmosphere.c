@@ -282,7 +282,7 @@ static void bright_ground_lights_the_sky(void **state) {
     scale_air(&air, 1, 1, 1, i);
     neph_context *context = test_context_create(1, NULL);
     neph_atmosphere *atmosphere = test_atmosphere_create(context, &air.desc);
-    light[i] = (double)np_atmosphere_ground_irradiance(atmosphere, 0.7f).band[2];
+    light[i] = (double)np_atmosphere_ground_irradiance(atmosphere, 0.0, 0.7f).band[2];
     neph_atmosphere_release(atmosphere);
     neph_context_destroy(context);
   }

@@ -323,7 +323,7 @@ static void irradiance_is_the_integral_of_radiance(void **state) {
     neph_sky *sky = create_sky(*state, 0.0, suns[i]);
     double sun[3], ground[3];
     neph_sky_get_irradiance(sky, sun, ground);
-    const np_spectrum table = np_atmosphere_ground_irradiance(*state, (float)cos(suns[i] * NP_DEGREE));
+    const np_spectrum table = np_atmosphere_ground_irradiance(*state, 0.0, (float)cos(suns[i] * NP_DEGREE));
     print_message("sky irradiance at sun zenith %g deg: table over integral %+.2f %+.2f %+.2f %%\n", suns[i],
                   100.0 * ((double)table.band[0] / ground[0] - 1.0), 100.0 * ((double)table.band[1] / ground[1] - 1.0),
                   100.0 * ((double)table.band[2] / ground[2] - 1.0));

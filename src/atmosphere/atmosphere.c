@@ -201,8 +201,8 @@ np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmospher
 
 bool np_atmosphere_has_moments(const neph_atmosphere *atmosphere) { return atmosphere->order_max > 1; }
 
-np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine) {
-  return np_bands_to_spectrum(np_moment_table_irradiance(&atmosphere->moments, sun_cosine));
+np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, double altitude_m, float sun_cosine) {
+  return np_bands_to_spectrum(np_moment_table_irradiance(&atmosphere->moments, altitude_m, sun_cosine));
 }
 
 void neph_atmosphere_get_transmittance(const neph_atmosphere *atmosphere, const double position_m[3],

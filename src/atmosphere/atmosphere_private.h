@@ -38,9 +38,9 @@ np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmospher
 /* Whether tables of scattered light exist: false for air that only paths trace. */
 bool np_atmosphere_has_moments(const neph_atmosphere *atmosphere);
 
-/* Sky irradiance (without the sun's disk) on a horizontal plane at sea level, per unit of solar irradiance above the
+/* Sky irradiance (without the sun's disk) on a horizontal plane at an altitude, per unit of solar irradiance above the
  * atmosphere. `sun_cosine` is the cosine of the sun's zenith angle there. */
-np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine);
+np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, double altitude_m, float sun_cosine);
 
 typedef struct np_aerial_perspective {
   np_spectrum transmittance;

@@ -18,7 +18,7 @@ static np_bands compute_beam(const ground_light *g, float sun_cosine) {
 }
 
 static np_bands compute_skylight(const ground_light *g, float sun_cosine) {
-  return g->light->moments ? np_moment_table_irradiance(g->light->moments, sun_cosine) : np_bands_grey(0.0f);
+  return g->light->moments ? np_moment_table_irradiance(g->light->moments, 0.0, sun_cosine) : np_bands_grey(0.0f);
 }
 
 static void add_land(const ground_light *g, const np_fan *fan, const np_fan_point *point, np_bands transmittance,

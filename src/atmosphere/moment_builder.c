@@ -21,16 +21,11 @@ static const double disk_angular_radius_rad = 0.00467396;
 
 /* ---- Nodes ---- */
 
-static double altitude_of_node(const np_moment_builder *b, size_t row) {
-  const double y = (double)row / (b->n->node_rows - 1);
-  return b->medium->top_m * y * y;
-}
-
 /* Directions at one altitude: Gauss points in the root of the distance to the horizon, on either side of it. */
 static void place_directions(np_moment_builder *b, size_t row, const np_path_rule *rule) {
   const int up_count = b->n->up;
   const np_quadrature up = np_quadrature_gauss(up_count), down = np_quadrature_gauss(b->n->down);
-  const double altitude = altitude_of_node(b, row), horizon = np_horizon_cosine(b->medium, altitude);
+  const double altitude = np_moment_altitude_of_node(b, row), horizon = np_horizon_cosine(b->medium, altitude);
   np_moment_direction *first = b->directions + row * (size_t)np_moment_count_directions(b);
   for (int k = 0; k < np_moment_count_directions(b); k++) {
     np_moment_direction *d = first + k;
@@ -74,7 +69,7 @@ static void add_order(np_moment_builder *b) {
       b->total[i * NP_MOMENT_COUNT + k] += factor * b->gathered[i * NP_MOMENT_COUNT + k];
     b->last[i] = m;
   }
-  for (int i = 0; i < b->n->node_columns; i++) {
+  for (size_t i = 0; i < b->node_count; i++) {
     const np_bands e = b->irradiance[i];
     b->irradiance_total[i] += e * (is_last ? sum_series(e, b->irradiance_last[i]) : np_bands_grey(1.0f));
     b->irradiance_last[i] = e;
@@ -85,7 +80,7 @@ static neph_result sum_orders(np_moment_builder *b) {
   for (b->order = 1; b->order <= b->order_max; b->order++) {
     np_monitor_set_range(b->monitor, (b->order - 1.0) / b->order_max, (double)b->order / b->order_max);
     memset(b->gathered, 0, b->node_count * NP_MOMENT_COUNT * sizeof(np_bands));
-    memset(b->irradiance, 0, (size_t)b->n->node_columns * sizeof(np_bands));
+    memset(b->irradiance, 0, b->node_count * sizeof(np_bands));
     neph_result result = b->order == 1 ? np_moment_gather_first(b) : np_moment_gather_later(b);
     if (result) return result;
     add_order(b);
@@ -101,25 +96,23 @@ static size_t count_texels(const np_moment_table *table) { return (size_t)table-
 static bool allocate_table(neph_context *context, np_moment_table *table) {
   const size_t count = count_texels(table);
   table->moments = np_alloc(context, count * NP_MOMENT_COUNT + 1, sizeof(np_bands));
-  if (table->moments) table->irradiance = np_alloc(context, (size_t)table->sun.columns, sizeof(np_bands));
+  if (table->moments) table->irradiance = np_alloc(context, count, sizeof(np_bands));
   return table->irradiance;
 }
 
 /* Allocates all work arrays as one block of packets. */
 static np_bands *allocate_work(np_moment_builder *b) {
-  const size_t nodes = b->node_count, columns = (size_t)b->n->node_columns;
-  const size_t refined_rows = (size_t)b->n->node_rows * (size_t)b->table->sun.columns;
-  const size_t each = 2 * NP_MOMENT_COUNT + 2;
-  const size_t count = nodes * each + 3 * columns + refined_rows + count_texels(b->table);
-  np_bands *work = np_alloc(b->context, count, sizeof(np_bands));
+  const size_t nodes = b->node_count, refined_rows = (size_t)b->n->node_rows * (size_t)b->table->sun.columns;
+  const size_t each = 2 * NP_MOMENT_COUNT + 5;
+  np_bands *work = np_alloc(b->context, nodes * each + refined_rows + count_texels(b->table), sizeof(np_bands));
   if (!work) return NULL;
   b->gathered = work;
   b->total = b->gathered + nodes * NP_MOMENT_COUNT;
   b->last = b->total + nodes * NP_MOMENT_COUNT;
   b->irradiance = b->last + nodes;
-  b->irradiance_total = b->irradiance + columns;
-  b->irradiance_last = b->irradiance_total + columns;
-  b->quantity = b->irradiance_last + columns;
+  b->irradiance_total = b->irradiance + nodes;
+  b->irradiance_last = b->irradiance_total + nodes;
+  b->quantity = b->irradiance_last + nodes;
   b->refined_rows = b->quantity + nodes;
   b->refined = b->refined_rows + refined_rows;
   return work;
@@ -181,7 +174,7 @@ void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brig
       const np_bands light =
           np_bands_max(np_depth_row_sun(&bright, sun, disk) - np_depth_row_sun(&dark, sun, disk), np_bands_grey(0.0f));
       add_beam(table, row, i, light, sun);
-      if (row == 0) table->irradiance[i] += np_maxf(sun, 0.0f) * light;
+      table->irradiance[row * columns + i] += np_maxf(sun, 0.0f) * light;
     }
   }
 }

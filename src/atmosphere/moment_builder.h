@@ -38,12 +38,17 @@ typedef struct np_moment_builder {
   np_moment_direction *directions; /* node rows × directions */
   np_bands *gathered, *total;      /* nodes × NP_MOMENT_COUNT: the current order, and the sum */
   np_bands *last;                  /* nodes: M of the previous order */
-  np_bands *irradiance, *irradiance_total, *irradiance_last; /* node columns */
+  np_bands *irradiance, *irradiance_total, *irradiance_last; /* nodes: on level ground there */
   np_bands *quantity, *refined_rows, *refined; /* one quantity at the nodes, along node rows, and in the whole table */
 } np_moment_builder;
 
 static inline size_t np_moment_node_at(const np_moment_builder *b, size_t row, int column) {
   return row * (size_t)b->n->node_columns + (size_t)column;
+}
+
+static inline double np_moment_altitude_of_node(const np_moment_builder *b, size_t row) {
+  const double y = (double)row / (b->n->node_rows - 1);
+  return b->medium->top_m * y * y;
 }
 
 static inline int np_moment_count_directions(const np_moment_builder *b) { return b->n->up + b->n->down; }

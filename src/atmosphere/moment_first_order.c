@@ -70,6 +70,7 @@ static void reduce_first_order(np_moment_builder *b, size_t row, int k, const np
     if (d->ray.hits_ground) light += ground[ray];
     const np_bands cut = light + cut_aerosol_light(medium, first, ray, c);
     np_moment_add(b->gathered + node * NP_MOMENT_COUNT, d->weight * cut, wx, d->wz);
+    b->irradiance[node] += np_maxf(d->wz, 0.0f) * d->weight * cut;
   }
 }
 
@@ -90,9 +91,11 @@ static neph_result gather_rows(void *user, size_t begin, size_t end, unsigned th
 
 /* ---- Irradiance on the ground ---- */
 
-/* Uses the whole phase function and a rule around the sun instead of the zenith, Θ = π·u². It resolves the peak, and
- * the cut at the horizon costs little, because the integrand vanishes there as the cosine. */
+/* Below an altitude at which there is no ground, an Earth's highest mountains, uses the whole phase function and a rule
+ * around the sun instead of the zenith, Θ = π·u². It resolves the peak, and the cut at the horizon costs little,
+ * because the integrand vanishes there as the cosine. */
 enum { ANGLES = 16, AZIMUTHS = 8, POINTS = 12 };
+static const double highest_m = 1e4;
 
 typedef struct irradiance_job {
   np_moment_builder *builder;
@@ -100,10 +103,11 @@ typedef struct irradiance_job {
   np_quadrature angles;
 } irradiance_job;
 
-/* Radiance towards the ground from a zenith cosine `wz` at an angle to the sun. */
-static np_bands trace_to_ground(const irradiance_job *job, float sun_cosine, float wz, float angle_cosine) {
+/* Radiance towards ground at an altitude from a zenith cosine `wz` at an angle to the sun. */
+static np_bands trace_to_ground(const irradiance_job *job, double altitude_m, float sun_cosine, float wz,
+                                float angle_cosine) {
   const np_moment_builder *b = job->builder;
-  const np_ray ray = np_ray_on_side(b->medium, 0.0, (double)wz, false);
+  const np_ray ray = np_ray_on_side(b->medium, altitude_m, (double)wz, false);
   np_path path;
   np_path_build(b->medium, &ray, &job->path, &path);
   np_bands rayleigh = np_bands_grey(0.0f), aerosol = rayleigh;
@@ -122,7 +126,7 @@ static np_bands trace_to_ground(const irradiance_job *job, float sun_cosine, flo
   return np_phase_rayleigh_eval(angle_cosine) * rayleigh + aerosol;
 }
 
-static np_bands sum_irradiance(const irradiance_job *job, float sun_cosine) {
+static np_bands sum_irradiance(const irradiance_job *job, double altitude_m, float sun_cosine) {
   const float sun_sine = sqrtf(np_maxf(1.0f - sun_cosine * sun_cosine, 0.0f));
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < ANGLES; i++) {
@@ -131,7 +135,7 @@ static np_bands sum_irradiance(const irradiance_job *job, float sun_cosine) {
     const float c = (float)cos(angle), s = (float)sin(angle);
     for (int k = 0; k < AZIMUTHS; k++) {
       const float wz = sun_cosine * c + sun_sine * s * (float)cos(NP_PI * (k + 0.5) / AZIMUTHS);
-      if (wz > 0.0f) sum += (float)weight * wz * trace_to_ground(job, sun_cosine, wz, c);
+      if (wz > 0.0f) sum += (float)weight * wz * trace_to_ground(job, altitude_m, sun_cosine, wz, c);
     }
   }
   return sum;
@@ -141,8 +145,10 @@ static neph_result gather_irradiance(void *user, size_t begin, size_t end, unsig
   (void)thread;
   const irradiance_job *job = user;
   np_moment_builder *b = job->builder;
-  for (size_t column = begin; column < end; column++)
-    b->irradiance[column] = sum_irradiance(job, b->sun_cosine[column]);
+  const size_t columns = (size_t)b->n->node_columns;
+  for (size_t node = begin; node < end; node++)
+    b->irradiance[node] =
+        sum_irradiance(job, np_moment_altitude_of_node(b, node / columns), b->sun_cosine[node % columns]);
   return NEPH_OK;
 }
 
@@ -150,5 +156,7 @@ neph_result np_moment_gather_first(np_moment_builder *b) {
   irradiance_job job = {b, np_path_rule_make(POINTS), np_quadrature_gauss(ANGLES)};
   neph_result result = np_parallel_for(b->context, b->monitor, (size_t)b->n->node_rows, 1, gather_rows, b);
   if (result) return result;
-  return np_parallel_for(b->context, b->monitor, (size_t)b->n->node_columns, 1, gather_irradiance, &job);
+  size_t rows = 1;
+  while (rows < (size_t)b->n->node_rows && np_moment_altitude_of_node(b, rows) < highest_m) rows++;
+  return np_parallel_for(b->context, b->monitor, rows * (size_t)b->n->node_columns, 1, gather_irradiance, &job);
 }

@@ -9,7 +9,8 @@ static void add_ground_light(const np_moment_builder *b, const np_moment_directi
   np_fan_point point;
   b->kernels->compute_sun_cosines(fan, (float)d->ray.length_m, (float)b->medium->planet_radius_m, &point);
   const np_bands scale = (float)(1.0 / NP_PI) * d->path.end_transmittance * b->medium->ground_albedo;
-  for (int i = 0; i < fan->count; i++) radiance[i] += scale * np_moment_table_irradiance(b->table, point.sun_cosine[i]);
+  for (int i = 0; i < fan->count; i++)
+    radiance[i] += scale * np_moment_table_irradiance(b->table, 0.0, point.sun_cosine[i]);
 }
 
 /* Radiance along every ray of a fan. */
@@ -36,7 +37,7 @@ static void reduce_direction(np_moment_builder *b, size_t row, int k, const np_b
     for (int p = 0; p < NP_MOMENT_AZIMUTHS; p++, radiance++) {
       const np_bands light = d->weight * np_bands_max(*radiance, np_bands_grey(0.0f));
       np_moment_add(b->gathered + node * NP_MOMENT_COUNT, light, sine * b->cos_azimuth[p], d->wz);
-      if (row == 0 && k < b->n->up) b->irradiance[column] += d->wz * light;
+      b->irradiance[node] += np_maxf(d->wz, 0.0f) * light;
     }
   }
 }

@@ -58,14 +58,11 @@ static void fade_moments(const np_moment_builder *b) {
 }
 
 static void refine_irradiance(const np_moment_builder *b, const np_bands *values, bool is_final) {
-  const int columns = b->table->sun.columns, count = b->n->node_columns;
-  np_bands node[NP_MOMENT_NODE_COLUMNS_MAX];
-  for (int i = 0; i < count; i++) node[i] = log_of(values[i]);
-  for (int i = 0; i < columns; i++) {
-    const np_spline s = np_spline_make(i, columns, count);
-    b->table->irradiance[i] =
-        np_bands_exp(np_spline_eval(&s, node, 1)) * (is_final ? fade_at(&b->table->sun, i) : 1.0f);
-  }
+  const int columns = b->table->sun.columns;
+  for (size_t i = 0; i < b->node_count; i++) b->quantity[i] = log_of(values[i]);
+  refine(b, b->quantity);
+  for (int i = 0; i < b->table->rows * columns; i++)
+    b->table->irradiance[i] = np_bands_exp(b->refined[i]) * (is_final ? fade_at(&b->table->sun, i % columns) : 1.0f);
 }
 
 void np_moment_refine_order(np_moment_builder *b) {

@@ -25,8 +25,10 @@ void np_moment_table_free(neph_context *context, np_moment_table *table) {
   *table = (np_moment_table){0};
 }
 
-np_bands np_moment_table_irradiance(const np_moment_table *table, float sun_cosine) {
-  float f;
-  const int i = np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun_cosine), &f);
-  return np_bands_mix(table->irradiance[i], table->irradiance[i + 1], f);
+np_bands np_moment_table_irradiance(const np_moment_table *table, double altitude_m, float sun_cosine) {
+  float upper, f;
+  const np_bands *low = table->irradiance + np_moment_table_row(table, altitude_m, &upper) * table->sun.columns;
+  low += np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun_cosine), &f);
+  const np_bands *high = low + table->sun.columns;
+  return np_bands_mix(np_bands_mix(low[0], low[1], f), np_bands_mix(high[0], high[1], f), upper);
 }

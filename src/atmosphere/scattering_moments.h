@@ -41,7 +41,7 @@ typedef struct np_moment_table {
   np_sun_scale sun;
   int rows;             /* uniform in √altitude */
   np_bands *moments;    /* rows × NP_MOMENT_COUNT × columns */
-  np_bands *irradiance; /* sky irradiance on the ground, one for each column */
+  np_bands *irradiance; /* rows × columns: sky irradiance on level ground */
 } np_moment_table;
 
 void np_moment_table_free(neph_context *context, np_moment_table *table);
@@ -88,8 +88,8 @@ static inline np_bands np_moment_table_total(const np_moment_table *table, doubl
   return np_bands_mix(np_bands_mix(low[0], low[1], f), np_bands_mix(high[0], high[1], f), upper);
 }
 
-/* Sky irradiance on the ground for a sun cosine. */
-np_bands np_moment_table_irradiance(const np_moment_table *table, float sun_cosine);
+/* Sky irradiance on level ground at an altitude, for a sun cosine there. */
+np_bands np_moment_table_irradiance(const np_moment_table *table, double altitude_m, float sun_cosine);
 
 /* Component ωx of a direction with zenith cosine `wz`; `angle_cosine` is between the direction and the sun. Under a sun
  * at the zenith x is undefined, and nothing depends on it. */

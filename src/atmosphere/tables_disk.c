@@ -86,9 +86,9 @@ static bool read_depths(np_cache_entry *entry, const neph_atmosphere *a, np_dept
   return out->texels && out->level;
 }
 
-static size_t count_moments(const np_moment_table *t) {
-  return (size_t)t->rows * NP_MOMENT_COUNT * (size_t)t->sun.columns;
-}
+static size_t count_texels(const np_moment_table *t) { return (size_t)t->rows * (size_t)t->sun.columns; }
+
+static size_t count_moments(const np_moment_table *t) { return NP_MOMENT_COUNT * count_texels(t); }
 
 /* An absent table has no rows. */
 static void write_moments(np_cache_entry *entry, const np_moment_table *t) {
@@ -97,7 +97,7 @@ static void write_moments(np_cache_entry *entry, const np_moment_table *t) {
   if (!rows) return;
   NP_CACHE_WRITE(entry, t->sun);
   np_cache_write(entry, t->moments, count_moments(t) * sizeof *t->moments);
-  np_cache_write(entry, t->irradiance, (size_t)t->sun.columns * sizeof *t->irradiance);
+  np_cache_write(entry, t->irradiance, count_texels(t) * sizeof *t->irradiance);
 }
 
 static bool read_moments(np_cache_entry *entry, const neph_atmosphere *a, bool is_wanted, np_moment_table *out) {
@@ -110,7 +110,7 @@ static bool read_moments(np_cache_entry *entry, const neph_atmosphere *a, bool i
   const bool has_sun = NP_CACHE_READ(entry, out->sun) && !memcmp(&out->sun, &sun, sizeof sun);
   if (!np_cache_read_check(entry, has_sun)) return false;
   out->moments = np_cache_read_block(entry, count_moments(out), sizeof *out->moments);
-  out->irradiance = np_cache_read_block(entry, (size_t)out->sun.columns, sizeof *out->irradiance);
+  out->irradiance = np_cache_read_block(entry, count_texels(out), sizeof *out->irradiance);
   return out->moments && out->irradiance;
 }
 

@@ -172,6 +172,8 @@ np_spectrum np_world_level_irradiance(const np_world *world, const np_ground_hit
   if (world->night) irradiance = np_spectrum_add(irradiance, world->night->ground_irradiance);
   if (!world->atmosphere || world->sun_scope == NP_SUN_BEAM) return irradiance;
   const np_vec3 zenith = np_zenith(hit->position, world->planet_radius_m);
-  const np_spectrum unit = np_atmosphere_ground_irradiance(world->atmosphere, np_vec3_dot(zenith, world->to_sun));
+  const double altitude_m = np_altitude(hit->position, world->planet_radius_m);
+  const np_spectrum unit =
+      np_atmosphere_ground_irradiance(world->atmosphere, altitude_m, np_vec3_dot(zenith, world->to_sun));
   return np_spectrum_add(irradiance, np_spectrum_multiply(unit, world->sun_irradiance));
 }
