@@ -4,9 +4,9 @@
  * Without hills the light on a slope is known: the sky's upper half, and level ground below. Rays correct it: one that
  * meets a hill takes away the sky behind it and adds what the hill reflects; one from the lower half adds what the
  * ground there reflects more than level ground does. So an even sky over white ground gives an even light on all slopes
- * exactly, whatever rays are drawn. The light of a place that a ray meets is its sunlight, its share of the light from
- * above, and for the rest of its half of the directions level ground of its own albedo: further reflections are summed
- * as if all the ground nearby were alike.
+ * exactly, whatever rays are drawn. The light of a place that a ray meets is its sunlight, the sky that the hills about
+ * the nearest point leave it, and for the rest of its directions level ground of its own albedo: further reflections
+ * are summed as if all the ground nearby were alike.
  */
 #include "caches/relief_light.h"
 
@@ -14,51 +14,18 @@
 #include "core/alloc.h"
 #include "core/units.h"
 
-enum { AZIMUTHS = 8, UP = NP_RELIEF_RINGS, DOWN = 2, SKY_AZIMUTHS = NP_RELIEF_SKY_AZIMUTHS, SKY_SAMPLES = 3 };
+enum { AZIMUTHS = 8, UP = NP_RELIEF_RINGS, DOWN = 2 };
 
 enum { EMPTY, BUSY, DONE }; /* states of a point */
 
-/* Sines of the elevations between rings of directions: the rings are narrow near the horizon, where hills are. */
-static const float up_edges[UP + 1] = {0.0f, 0.1f, 0.2f, 0.35f, 0.55f, 1.0f}, down_edges[DOWN + 1] = {-1.0f, -0.5f, 0};
+/* Sines of the elevations between rings of directions that go down. */
+static const float down_edges[DOWN + 1] = {-1.0f, -0.5f, 0.0f};
 
 /* Distance beyond which air before the ground counts. */
 static const double air_from_m = 1000.0;
 
 /* Points over which the light turns into that without hills at the grid's rim. */
 static const double rim_points = 2.0;
-
-/* Factors of the cosine's convolution by degree, π, 2π/3 and π/4 (Ramamoorthi and Hanrahan 2001, eq. 8). */
-static const float cosine_factor[NP_RELIEF_TERMS] = {
-    NP_PI_F,         2.0f * NP_PI_F / 3.0f, 2.0f * NP_PI_F / 3.0f, 2.0f * NP_PI_F / 3.0f, 0.25f * NP_PI_F,
-    0.25f * NP_PI_F, 0.25f * NP_PI_F,       0.25f * NP_PI_F,       0.25f * NP_PI_F};
-
-/* Normalisation of the harmonics of degree 0 and 1. */
-static const float harmonic_0 = 0.28209479f, harmonic_1 = 0.48860251f;
-
-static void fill_harmonics(np_vec3 d, float out[NP_RELIEF_TERMS]) {
-  out[0] = harmonic_0;
-  out[1] = harmonic_1 * d.y;
-  out[2] = harmonic_1 * d.z;
-  out[3] = harmonic_1 * d.x;
-  out[4] = 1.09254843f * d.x * d.y;
-  out[5] = 1.09254843f * d.y * d.z;
-  out[6] = 0.31539157f * (3.0f * d.z * d.z - 1.0f);
-  out[7] = 1.09254843f * d.x * d.z;
-  out[8] = 0.54627422f * (d.x * d.x - d.y * d.y);
-}
-
-/* Adds light of a direction, times its solid angle, to the irradiance of all slopes. */
-static void add_light(np_vec3 towards, np_spectrum light, np_relief_irradiance *sum) {
-  float harmonics[NP_RELIEF_TERMS];
-  fill_harmonics(towards, harmonics);
-  for (int k = 0; k < NP_RELIEF_TERMS; k++)
-    sum->term[k] = np_spectrum_add_scaled(sum->term[k], cosine_factor[k] * harmonics[k], light);
-}
-
-static np_vec3 make_direction(float sine, float azimuth) {
-  const float cosine = sqrtf(fmaxf(0.0f, 1.0f - sine * sine));
-  return np_vec3_make(cosine * cosf(azimuth), cosine * sinf(azimuth), sine);
-}
 
 static np_spectrum reflect(np_spectrum irradiance, np_spectrum albedo) {
   return np_spectrum_scale(np_spectrum_multiply(irradiance, albedo), 1.0f / NP_PI_F);
@@ -110,35 +77,6 @@ static np_spectrum get_sunlight(const np_relief_light *c, np_dvec3 position) {
   return np_spectrum_scale(sun, np_transmittance(depth));
 }
 
-/* Radiance of ground that a ray meets. */
-static np_spectrum light_ground(const np_relief_light *c, const np_ground_hit *hit) {
-  const np_world *world = c->desc.world;
-  const level_light level = get_level(world, c->desc.ground_light, hit);
-  const np_spectrum all = np_spectrum_add(level.clear, level.clouds.added);
-  const float cosine = np_vec3_dot(hit->normal, world->to_sun),
-              up = np_vec3_dot(np_zenith(hit->position, world->planet_radius_m), world->to_sun);
-  const np_spectrum sun = cosine > 0.0f ? get_sunlight(c, hit->position) : np_spectrum_grey(0.0f);
-  const np_spectrum below = np_spectrum_add_scaled(all, fmaxf(up, 0.0f), sun);
-  return reflect(np_spectrum_add_scaled(share_light(world, hit, &level, below), fmaxf(cosine, 0.0f), sun), hit->albedo);
-}
-
-/* Radiance of the ground through the air before it. */
-static np_spectrum compute_ground_radiance(const np_relief_light *c, np_dvec3 origin, np_vec3 direction,
-                                           const np_ground_hit *hit) {
-  const np_spectrum light = light_ground(c, hit);
-  const neph_sky *sky = c->desc.world->cloud_sky ? c->desc.world->cloud_sky : c->desc.world->camera_sky;
-  if (!sky || hit->distance_m < air_from_m) return light;
-  const np_aerial_perspective air = np_sky_trace_air(sky, origin, direction, hit->distance_m);
-  return np_spectrum_add(np_spectrum_multiply(light, air.transmittance), air.inscatter);
-}
-
-/* Light of the clear sky in a direction of a ring, over its irradiance on level ground. */
-static np_spectrum get_sky(const np_relief_light *c, int ring, float azimuth) {
-  const float turn = azimuth * (0.5f / NP_PI_F);
-  const int k = (int)((turn - floorf(turn)) * SKY_AZIMUTHS);
-  return c->sky[ring][k < SKY_AZIMUTHS ? k : SKY_AZIMUTHS - 1];
-}
-
 typedef struct relief_ray {
   int ring;
   float azimuth;
@@ -152,52 +90,187 @@ static relief_ray draw_ray(const float *edges, int ring, int k, np_random *rando
                       edges[ring] + height * np_random_float(random), height * width};
 }
 
-static void add_up(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_relief_point *out) {
-  const np_vec3 towards = make_direction(ray->sine, ray->azimuth);
-  np_ground_hit hit;
-  if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
-  const np_spectrum ground = compute_ground_radiance(c, origin, towards, &hit),
-                    sky = get_sky(c, ray->ring, ray->azimuth);
-  add_light(towards, np_spectrum_scale(ground, ray->solid_angle), &out->ground);
-  add_light(towards, np_spectrum_scale(sky, ray->solid_angle), &out->hidden);
-}
-
-/* Adds the difference to level ground of radiance `level`. */
-static void add_down(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_spectrum level,
-                     np_relief_point *out) {
-  const np_vec3 towards = make_direction(ray->sine, ray->azimuth);
-  np_ground_hit hit;
-  if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
-  const np_spectrum more = np_spectrum_subtract(compute_ground_radiance(c, origin, towards, &hit), level);
-  add_light(towards, np_spectrum_scale(more, ray->solid_angle), &out->ground);
-}
-
-/* Adds uniform light from the lower hemisphere: a slope at angle θ gets ½(1 − cos θ) of its irradiance. */
-static void add_lower_half(np_spectrum irradiance, np_relief_irradiance *sum) {
-  sum->term[0] = np_spectrum_add_scaled(sum->term[0], 0.5f / harmonic_0, irradiance);
-  sum->term[2] = np_spectrum_add_scaled(sum->term[2], -0.5f / harmonic_1, irradiance);
-}
-
 /* Ground at a place seen from above; false: there is none. */
 static bool get_ground(const np_world *world, double x, double y, np_ground_hit *out) {
   const np_dvec3 above = np_dvec3_make(x, y, world->terrain_max.z + 1.0);
   return np_world_intersect_ground(world, above, np_vec3_make(0, 0, -1), out);
 }
 
-/* Computes the point of a column i and a row j. */
-static void fill_point(const np_relief_light *c, int32_t i, int32_t j, np_relief_point *out) {
-  *out = (np_relief_point){0};
+static np_dvec3 get_place(const np_relief_light *c, int32_t i, int32_t j) {
+  return np_dvec3_make(c->origin_m[0] + i * c->spacing_m[0], c->origin_m[1] + j * c->spacing_m[1], 0.0);
+}
+
+static np_random start_rays(int32_t i, int32_t j) { return np_random_start(0, 0, (uint32_t)i, (uint32_t)j, 0); }
+
+/* ---- What hills hide ---- */
+
+/* Adds a ray of the upper half: a hill hides the sky behind it, and shade takes a part of the light before that. */
+static void hide_ray(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_random *random,
+                     np_relief_hidden *out) {
+  const np_vec3 towards = np_relief_make_direction(ray->sine, ray->azimuth);
+  const np_relief_patch *patch = np_relief_sky_get(&c->sky, ray->ring, ray->azimuth);
+  np_spectrum lost = np_spectrum_grey(1.0f);
+  if (isinf(np_world_find_ground(c->desc.world, origin, towards, NULL)))
+    lost = np_relief_air_shade(&patch->air, c->desc.world, origin, towards, 1, random);
+  else
+    np_relief_add_share(towards, ray->solid_angle / NP_PI_F, out->blocked);
+  np_relief_add_light(towards, np_spectrum_scale(np_spectrum_multiply(lost, patch->radiance), ray->solid_angle),
+                      &out->sky);
+}
+
+/* Places along each direction of the glow. */
+enum { GLOW_PLACES = 2 };
+
+/* A point from which nothing is hidden. */
+static np_relief_hidden make_open(void) {
+  np_relief_hidden out = {0};
+  for (int n = 0; n < NP_RELIEF_GLOW; n++) out.glow_left[n] = np_spectrum_grey(1.0f);
+  return out;
+}
+
+static void fill_hidden(const np_relief_light *c, int32_t i, int32_t j, np_relief_hidden *out) {
+  *out = make_open();
+  const np_dvec3 place = get_place(c, i, j);
   np_ground_hit here;
-  if (!get_ground(c->desc.world, c->origin_m[0] + i * c->spacing_m[0], c->origin_m[1] + j * c->spacing_m[1], &here))
-    return;
-  np_ground_hit flat = here;
-  flat.normal = np_zenith(here.position, c->desc.world->planet_radius_m);
-  const np_spectrum level = light_ground(c, &flat);
-  add_lower_half(np_spectrum_scale(level, NP_PI_F), &out->ground);
-  np_random random = np_random_start(0, 0, (uint32_t)i, (uint32_t)j, 0);
+  if (!get_ground(c->desc.world, place.x, place.y, &here)) return;
+  np_random random = start_rays(i, j), of_shade = np_random_start(0, 1, (uint32_t)i, (uint32_t)j, 0);
   for (int ring = 0; ring < UP; ring++)
     for (int k = 0; k < AZIMUTHS; k++) {
-      const relief_ray ray = draw_ray(up_edges, ring, k, &random);
+      const relief_ray ray = draw_ray(np_relief_ring_edges, ring, k, &random);
+      hide_ray(c, here.position, &ray, &of_shade, out);
+    }
+  if (np_spectrum_is_zero(c->sky.glow_share)) return;
+  for (int n = 0; n < NP_RELIEF_GLOW; n++) {
+    const np_relief_ray *ray = &c->sky.glow[n];
+    np_spectrum lost = np_spectrum_grey(1.0f);
+    if (isinf(np_world_find_ground(c->desc.world, here.position, ray->towards, NULL)))
+      lost = np_relief_air_shade(&ray->air, c->desc.world, here.position, ray->towards, GLOW_PLACES, &of_shade);
+    out->glow_left[n] = np_spectrum_subtract(np_spectrum_grey(1.0f), lost);
+  }
+}
+
+/* Whether a slot's part is to be stored by this thread. Threads that need one point at a time each compute it, and the
+ * first one stores it. */
+static bool claim(atomic_uchar *state) {
+  unsigned char expected = EMPTY;
+  return atomic_compare_exchange_strong(state, &expected, BUSY);
+}
+
+static np_relief_slot *get_slot(const np_relief_light *c, int32_t i, int32_t j) {
+  return &c->points[(size_t)j * (size_t)c->size[0] + (size_t)i];
+}
+
+/* Light hidden from a point, from the cache or computed. */
+static const np_relief_hidden *get_hidden(const np_relief_light *c, int32_t i, int32_t j, np_relief_hidden *own) {
+  np_relief_slot *slot = get_slot(c, i, j);
+  if (atomic_load_explicit(&slot->hidden_state, memory_order_acquire) == DONE) return &slot->hidden;
+  fill_hidden(c, i, j, own);
+  if (!claim(&slot->hidden_state)) return own;
+  slot->hidden = *own;
+  atomic_store_explicit(&slot->hidden_state, DONE, memory_order_release);
+  return own;
+}
+
+/* The same of the point nearest to a place; beyond the grid nothing is hidden. */
+static const np_relief_hidden *get_nearest_hidden(const np_relief_light *c, np_dvec3 place, np_relief_hidden *own) {
+  const double u = (place.x - c->origin_m[0]) / c->spacing_m[0], v = (place.y - c->origin_m[1]) / c->spacing_m[1];
+  *own = make_open();
+  if (!(u >= 0.0 && v >= 0.0 && u <= c->size[0] - 1 && v <= c->size[1] - 1)) return own;
+  return get_hidden(c, (int32_t)lround(u), (int32_t)lround(v), own);
+}
+
+/* ---- Light from the ground ---- */
+
+/* Light that hills about a place leave it: shares of the clear sky's irradiance on level ground that arrive on a slope,
+ * and of the irradiance of an even sky that hills take. */
+typedef struct open_sky {
+  np_spectrum open;
+  float blocked;
+} open_sky;
+
+/* `share` is the slope's of an even sky. */
+static open_sky open_slope(const np_relief_light *c, const np_relief_hidden *hidden, np_vec3 normal, float share) {
+  float harmonics[NP_RELIEF_TERMS];
+  np_relief_fill_harmonics(normal, harmonics);
+  const np_spectrum clear = np_relief_sum_terms(&c->sky.clear, harmonics),
+                    behind = np_relief_sum_terms(&hidden->sky, harmonics);
+  const float even = np_relief_sum_shares(c->sky.even, harmonics);
+  open_sky out = {.blocked = np_clampf(np_relief_sum_shares(hidden->blocked, harmonics), 0.0f, share)};
+  for (int b = 0; b < NP_BAND_COUNT; b++) out.open.band[b] = fmaxf(0.0f, share + clear.band[b] - even - behind.band[b]);
+  return out;
+}
+
+/* Radiance of ground that a ray meets, with what hills hide from the nearest point. Ground about it has the light of a
+ * level place there, and reflects it to and fro. */
+static np_spectrum light_ground(const np_relief_light *c, const np_relief_hidden *hidden, const np_ground_hit *hit) {
+  const np_world *world = c->desc.world;
+  const level_light level = get_level(world, c->desc.ground_light, hit);
+  const np_vec3 zenith = np_zenith(hit->position, world->planet_radius_m);
+  const float cosine = np_vec3_dot(hit->normal, world->to_sun), up = np_vec3_dot(zenith, world->to_sun),
+              share = np_world_get_sky_share(world, hit);
+  const np_spectrum sun = cosine > 0.0f ? get_sunlight(c, hit->position) : np_spectrum_grey(0.0f);
+  const open_sky flat = open_slope(c, hidden, zenith, 1.0f), slope = open_slope(c, hidden, hit->normal, share);
+  np_spectrum out = np_ground_light_add_slope(&level.clouds, hit->normal, share);
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float albedo = hit->albedo.band[b], clear = level.clear.band[b];
+    const float around = clear * flat.open.band[b] / (1.0f - fminf(flat.blocked * albedo, 0.9f)) +
+                         level.clouds.added.band[b] + fmaxf(up, 0.0f) * sun.band[b];
+    out.band[b] += clear * slope.open.band[b] + (1.0f - share + slope.blocked) * albedo * around +
+                   fmaxf(cosine, 0.0f) * sun.band[b];
+  }
+  return reflect(out, hit->albedo);
+}
+
+/* Radiance of the ground through the air before it. */
+static np_spectrum compute_ground_radiance(const np_relief_light *c, np_dvec3 origin, np_vec3 direction,
+                                           const np_ground_hit *hit) {
+  np_relief_hidden own;
+  const np_spectrum light = light_ground(c, get_nearest_hidden(c, hit->position, &own), hit);
+  const neph_sky *sky = c->desc.world->cloud_sky ? c->desc.world->cloud_sky : c->desc.world->camera_sky;
+  if (!sky || hit->distance_m < air_from_m) return light;
+  const np_aerial_perspective air = np_sky_trace_air(sky, origin, direction, hit->distance_m);
+  return np_spectrum_add(np_spectrum_multiply(light, air.transmittance), air.inscatter);
+}
+
+static void add_up(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_relief_irradiance *out) {
+  const np_vec3 towards = np_relief_make_direction(ray->sine, ray->azimuth);
+  np_ground_hit hit;
+  if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
+  np_relief_add_light(towards, np_spectrum_scale(compute_ground_radiance(c, origin, towards, &hit), ray->solid_angle),
+                      out);
+}
+
+/* Adds the difference to level ground of radiance `level`. */
+static void add_down(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_spectrum level,
+                     np_relief_irradiance *out) {
+  const np_vec3 towards = np_relief_make_direction(ray->sine, ray->azimuth);
+  np_ground_hit hit;
+  if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
+  const np_spectrum more = np_spectrum_subtract(compute_ground_radiance(c, origin, towards, &hit), level);
+  np_relief_add_light(towards, np_spectrum_scale(more, ray->solid_angle), out);
+}
+
+/* Adds uniform light from the lower hemisphere: a slope at angle θ gets ½(1 − cos θ) of its irradiance. */
+static void add_lower_half(np_spectrum irradiance, np_relief_irradiance *sum) {
+  sum->term[0] = np_spectrum_add_scaled(sum->term[0], 0.5f / np_relief_harmonic_0, irradiance);
+  sum->term[2] = np_spectrum_add_scaled(sum->term[2], -0.5f / np_relief_harmonic_1, irradiance);
+}
+
+/* Computes the light from the ground at the point of a column i and a row j. */
+static void fill_ground(const np_relief_light *c, int32_t i, int32_t j, np_relief_irradiance *out) {
+  *out = (np_relief_irradiance){0};
+  const np_dvec3 place = get_place(c, i, j);
+  np_ground_hit here;
+  if (!get_ground(c->desc.world, place.x, place.y, &here)) return;
+  np_ground_hit flat = here;
+  np_relief_hidden own;
+  flat.normal = np_zenith(here.position, c->desc.world->planet_radius_m);
+  const np_spectrum level = light_ground(c, get_hidden(c, i, j, &own), &flat);
+  add_lower_half(np_spectrum_scale(level, NP_PI_F), out);
+  np_random random = start_rays(i, j);
+  for (int ring = 0; ring < UP; ring++)
+    for (int k = 0; k < AZIMUTHS; k++) {
+      const relief_ray ray = draw_ray(np_relief_ring_edges, ring, k, &random);
       add_up(c, here.position, &ray, out);
     }
   for (int ring = 0; ring < DOWN; ring++)
@@ -207,42 +280,15 @@ static void fill_point(const np_relief_light *c, int32_t i, int32_t j, np_relief
     }
 }
 
-/* ---- The clear sky ---- */
-
-static np_spectrum trace_sky(const np_world *world, np_dvec3 origin, np_vec3 towards) {
-  const neph_sky *sky = world->cloud_sky ? world->cloud_sky : world->camera_sky;
-  const np_spectrum air = sky ? np_sky_trace_air(sky, origin, towards, INFINITY).inscatter : np_spectrum_grey(0.0f);
-  return np_world_add_beyond(world, origin, towards, air);
-}
-
-/* Mean radiance of a part of a ring; adds its light to slopes and to level ground. */
-static np_spectrum sample_sky(np_relief_light *c, np_dvec3 origin, int ring, int k, np_spectrum *level) {
-  const float height = up_edges[ring + 1] - up_edges[ring], width = 2.0f * NP_PI_F / SKY_AZIMUTHS;
-  np_spectrum mean = np_spectrum_grey(0.0f);
-  for (int s = 0; s < SKY_SAMPLES; s++) {
-    const float sine = up_edges[ring] + height * ((float)s + 0.5f) / SKY_SAMPLES;
-    const np_vec3 towards = make_direction(sine, ((float)k + 0.5f) * width);
-    const np_spectrum light = np_spectrum_scale(trace_sky(c->desc.world, origin, towards), 1.0f / SKY_SAMPLES);
-    mean = np_spectrum_add(mean, light);
-    add_light(towards, np_spectrum_scale(light, height * width), &c->clear);
-    *level = np_spectrum_add_scaled(*level, sine * height * width, light);
-  }
-  return mean;
-}
-
-/* Computes the clear sky over the terrain's centre, relative to its irradiance on level ground. */
-static void fill_sky(np_relief_light *c) {
-  np_ground_hit middle;
-  const double x = c->origin_m[0] + 0.5 * (c->size[0] - 1) * c->spacing_m[0],
-               y = c->origin_m[1] + 0.5 * (c->size[1] - 1) * c->spacing_m[1];
-  if (!get_ground(c->desc.world, x, y, &middle)) middle.position = np_dvec3_make(x, y, 0.0);
-  np_spectrum level = np_spectrum_grey(0.0f), per = level;
-  for (int ring = 0; ring < UP; ring++)
-    for (int k = 0; k < SKY_AZIMUTHS; k++) c->sky[ring][k] = sample_sky(c, middle.position, ring, k, &level);
-  for (int b = 0; b < NP_BAND_COUNT; b++) per.band[b] = level.band[b] > 0.0f ? 1.0f / level.band[b] : 0.0f;
-  for (int k = 0; k < NP_RELIEF_TERMS; k++) c->clear.term[k] = np_spectrum_multiply(c->clear.term[k], per);
-  for (int ring = 0; ring < UP; ring++)
-    for (int k = 0; k < SKY_AZIMUTHS; k++) c->sky[ring][k] = np_spectrum_multiply(c->sky[ring][k], per);
+static const np_relief_irradiance *get_from_ground(const np_relief_light *c, int32_t i, int32_t j,
+                                                   np_relief_irradiance *own) {
+  np_relief_slot *slot = get_slot(c, i, j);
+  if (atomic_load_explicit(&slot->ground_state, memory_order_acquire) == DONE) return &slot->ground;
+  fill_ground(c, i, j, own);
+  if (!claim(&slot->ground_state)) return own;
+  slot->ground = *own;
+  atomic_store_explicit(&slot->ground_state, DONE, memory_order_release);
+  return own;
 }
 
 /* ---- The cache ---- */
@@ -257,33 +303,31 @@ static void place(np_relief_light *c) {
   }
 }
 
+/* Ground in the middle of the terrain. */
+static np_dvec3 get_middle(const np_relief_light *c) {
+  np_ground_hit middle;
+  const double x = c->origin_m[0] + 0.5 * (c->size[0] - 1) * c->spacing_m[0],
+               y = c->origin_m[1] + 0.5 * (c->size[1] - 1) * c->spacing_m[1];
+  return get_ground(c->desc.world, x, y, &middle) ? middle.position : np_dvec3_make(x, y, 0.0);
+}
+
 neph_result np_relief_light_build(neph_context *context, const np_relief_light_desc *desc, np_relief_light *out) {
   *out = (np_relief_light){.context = context, .desc = *desc};
   place(out);
   const size_t count = (size_t)out->size[0] * (size_t)out->size[1];
   out->points = np_alloc(context, count, sizeof *out->points);
   if (!out->points) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (size_t n = 0; n < count; n++) atomic_init(&out->points[n].state, EMPTY);
-  fill_sky(out);
+  for (size_t n = 0; n < count; n++) {
+    atomic_init(&out->points[n].hidden_state, EMPTY);
+    atomic_init(&out->points[n].ground_state, EMPTY);
+  }
+  np_relief_sky_build(desc->world, get_middle(out), &out->sky);
   return NEPH_OK;
 }
 
 void np_relief_light_clear(np_relief_light *cache) {
   np_alloc_free(cache->context, cache->points);
   *cache = (np_relief_light){0};
-}
-
-/* A point, from the cache or computed. Threads that need one point at a time each compute it, and the first one stores
- * it. */
-static const np_relief_point *get_point(const np_relief_light *c, int32_t i, int32_t j, np_relief_point *own) {
-  np_relief_slot *slot = &c->points[(size_t)j * (size_t)c->size[0] + (size_t)i];
-  unsigned char state = atomic_load_explicit(&slot->state, memory_order_acquire);
-  if (state == DONE) return &slot->point;
-  fill_point(c, i, j, own);
-  if (state != EMPTY || !atomic_compare_exchange_strong(&slot->state, &state, BUSY)) return own;
-  slot->point = *own;
-  atomic_store_explicit(&slot->state, DONE, memory_order_release);
-  return own;
 }
 
 /* ---- Look-up ---- */
@@ -310,29 +354,32 @@ static relief_cell get_cell(const np_relief_light *c, np_dvec3 position) {
 typedef struct relief_slope {
   float harmonics[NP_RELIEF_TERMS]; /* harmonics of its normal */
   level_light level;
-  np_spectrum clear;  /* light of the clear sky without hills, over that on level ground */
+  np_spectrum clear; /* light of the clear sky but for its glow without hills, over that on level ground */
+  np_glow_cosines glow;
   np_spectrum clouds; /* light of the clouds, whose rays hills have ended */
 } relief_slope;
 
 static relief_slope make_slope(const np_relief_light *c, const np_ground_hit *hit) {
   relief_slope out = {.level = get_level(c->desc.world, c->desc.ground_light, hit)};
   out.clouds = np_ground_light_add_slope(&out.level.clouds, hit->normal, np_world_get_sky_share(c->desc.world, hit));
-  fill_harmonics(hit->normal, out.harmonics);
-  for (int k = 0; k < NP_RELIEF_TERMS; k++)
-    out.clear = np_spectrum_add_scaled(out.clear, out.harmonics[k], c->clear.term[k]);
+  np_relief_fill_harmonics(hit->normal, out.harmonics);
+  out.clear = np_relief_sum_terms(&c->sky.clear, out.harmonics);
+  out.glow = np_relief_sky_aim(&c->sky, hit->normal);
   return out;
 }
 
 /* Irradiance of a slope at a point. */
-static np_spectrum eval_point(const np_relief_point *p, const relief_slope *s) {
-  np_spectrum hidden = np_spectrum_grey(0.0f), out = hidden;
-  for (int k = 0; k < NP_RELIEF_TERMS; k++) {
-    hidden = np_spectrum_add_scaled(hidden, s->harmonics[k], p->hidden.term[k]);
-    out = np_spectrum_add_scaled(out, s->harmonics[k], p->ground.term[k]);
+static np_spectrum eval_point(const np_relief_light *c, int32_t i, int32_t j, const relief_slope *s) {
+  np_relief_hidden own_hidden;
+  np_relief_irradiance own_ground;
+  const np_relief_hidden *point = get_hidden(c, i, j, &own_hidden);
+  const np_spectrum hidden = np_relief_sum_terms(&point->sky, s->harmonics),
+                    glow = np_relief_sky_add_glow(&c->sky, &s->glow, point->glow_left);
+  np_spectrum out = np_relief_sum_terms(get_from_ground(c, i, j, &own_ground), s->harmonics);
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float open = fmaxf(0.0f, s->clear.band[b] - hidden.band[b]) + glow.band[b];
+    out.band[b] = fmaxf(0.0f, out.band[b]) + s->level.clear.band[b] * open + s->clouds.band[b];
   }
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    out.band[b] = fmaxf(0.0f, out.band[b]) + s->level.clear.band[b] * fmaxf(0.0f, s->clear.band[b] - hidden.band[b]) +
-                  s->clouds.band[b];
   return out;
 }
 
@@ -345,10 +392,8 @@ np_spectrum np_relief_light_get(const np_relief_light *c, const np_ground_hit *h
   np_spectrum out = np_spectrum_grey(0.0f);
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
-    np_relief_point own;
-    const np_relief_point *point = get_point(c, cell.lower[0] + i, cell.lower[1] + j, &own);
     const float weight = (i ? cell.weight[0] : 1.0f - cell.weight[0]) * (j ? cell.weight[1] : 1.0f - cell.weight[1]);
-    out = np_spectrum_add_scaled(out, weight, eval_point(point, &s));
+    out = np_spectrum_add_scaled(out, weight, eval_point(c, cell.lower[0] + i, cell.lower[1] + j, &s));
   }
   return np_spectrum_mix(bare, out, cell.share);
 }

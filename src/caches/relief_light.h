@@ -2,11 +2,10 @@
 /* Light on the ground of a landscape: the sky that hills leave open, and the light that the ground around sends back.
  *
  * Computed at the points of a level grid over the terrain, each on the ground, and interpolated. A point is computed
- * when it is first needed, by whichever thread comes first, with the same bits by any. It holds the
- * light that arrives from all directions in spherical harmonics to the second degree, convolved with the cosine
- * (Ramamoorthi and Hanrahan 2001, "An Efficient Representation for Irradiance Environment Maps"), so that each slope
- * about it is lit by its own half of the directions. The points are fixed in the world: they depend on the terrain, the
- * lights and the clouds, not on the camera.
+ * when it is first needed, by whichever thread comes first, with the same bits by any. It holds the light that arrives
+ * from all directions in harmonics (relief_harmonics.h), and that of the glow around the sun by its directions, so that
+ * each slope about it is lit by its own half of the directions. The points are fixed in the world: they depend on the
+ * terrain, the lights and the clouds, not on the camera.
  */
 #ifndef NP_CACHES_RELIEF_LIGHT_H
 #define NP_CACHES_RELIEF_LIGHT_H
@@ -14,22 +13,22 @@
 #include <stdatomic.h>
 
 #include "caches/ground_light.h"
+#include "caches/relief_sky.h"
 
-enum { NP_RELIEF_TERMS = 9, NP_RELIEF_POINTS_MAX = 64 /* along each side */ };
+enum { NP_RELIEF_POINTS_MAX = 64 /* along each side */ };
 
-/* Irradiance of a slope of each orientation, as coefficients of spherical harmonics of its normal. */
-typedef struct np_relief_irradiance {
-  np_spectrum term[NP_RELIEF_TERMS];
-} np_relief_irradiance;
-
-typedef struct np_relief_point {
-  np_relief_irradiance hidden; /* light of the clear sky behind the hills, over its irradiance on level ground */
-  np_relief_irradiance ground; /* light from hills and ground, W m⁻² nm⁻¹ */
-} np_relief_point;
+/* Light that hills take from a point. */
+typedef struct np_relief_hidden {
+  np_relief_irradiance sky; /* light of the clear sky but for its glow that they hide or shade, over its irradiance on
+                               level ground */
+  float blocked[NP_RELIEF_TERMS];        /* the same of an even sky that they hide */
+  np_spectrum glow_left[NP_RELIEF_GLOW]; /* share of each direction of the glow that arrives */
+} np_relief_hidden;
 
 typedef struct np_relief_slot {
-  atomic_uchar state;
-  np_relief_point point;
+  atomic_uchar hidden_state, ground_state;
+  np_relief_hidden hidden;
+  np_relief_irradiance ground; /* light from hills and ground, W m⁻² nm⁻¹ */
 } np_relief_slot;
 
 /* Inputs of the points, borrowed; a picture that takes the cache over sets its own, equal ones. */
@@ -39,17 +38,13 @@ typedef struct np_relief_light_desc {
   const np_ground_light *ground_light; /* NULL: no cloud lights the ground */
 } np_relief_light_desc;
 
-enum { NP_RELIEF_RINGS = 5, NP_RELIEF_SKY_AZIMUTHS = 24 };
-
 typedef struct np_relief_light {
   neph_context *context; /* borrowed */
   np_relief_light_desc desc;
   int32_t size[2]; /* points */
   double origin_m[2], spacing_m[2];
-  np_spectrum sky[NP_RELIEF_RINGS][NP_RELIEF_SKY_AZIMUTHS]; /* radiance of the clear sky by elevation and azimuth, over
-                                                               its irradiance on level ground */
-  np_relief_irradiance clear; /* irradiance of the clear sky without hills, over its irradiance on level ground */
-  np_relief_slot *points;     /* x fastest; NULL: there is no terrain */
+  np_relief_sky sky;      /* over the terrain's middle */
+  np_relief_slot *points; /* x fastest; NULL: there is no terrain */
 } np_relief_light;
 
 /* Prepares the cache, with no point computed. On failure `*out` is empty. */

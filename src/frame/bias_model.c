@@ -124,7 +124,7 @@ static double measure_shade(const np_assembly *assembly) {
  * their shade: 1 to 14 % in pictures of docs/results/light-caches.md. At a haze of this depth and more, and for each
  * share of the first order that is in shade. Where haze is thick, what it scatters straight on is spread by the next
  * time: 5 % at this depth and more, whatever the sun. */
-static const double hill_haze = 0.035, hill_depth = 0.07, hill_shade = 0.2, hill_thick = 0.05, hill_thick_depth = 0.6;
+static const double hill_haze = 0.065, hill_depth = 0.07, hill_shade = 0.2, hill_thick = 0.05, hill_thick_depth = 0.6;
 
 static double compute_hill_air(const np_frame *f, const cloud_light *light, const np_plan *plan) {
   if (!np_plan_needs(plan, NP_STAGE_TERRAIN) || !np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;

@@ -38,7 +38,7 @@
   X(GROUND, "maps of light on the ground", 0.0296, 0) \
   X(GROUND_STEP, "steps from the ground to clouds", 2.33e-08, 0) \
   X(GROUND_CLOUD_STEP, "steps in cloud from the ground", 1.74e-06, 0) \
-  X(RELIEF_POINT, "points of light on slopes", 4e-05, 0) \
+  X(RELIEF_POINT, "points of light on slopes", 0.00012, 0) \
   X(HILL_RAY, "rays for shadows of hills", 1.65e-05, 0) \
   X(CLOUD_RAY, "rays for shadows of clouds", 7.37e-05, 0) \
   X(CLEAR_SAMPLE, "samples", 7.62e-07, 0) \

@@ -136,7 +136,7 @@ void np_stage_count_ground_clouds(const np_plan *plan, const neph_scene *scene, 
 void np_stage_count_relief_light(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   (void)scene;
   out->of[NP_UNIT_RELIEF_POINT] = count_worlds(plan) * NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX;
-  out->of[NP_UNIT_BYTE] = out->of[NP_UNIT_RELIEF_POINT] * sizeof(np_relief_point);
+  out->of[NP_UNIT_BYTE] = out->of[NP_UNIT_RELIEF_POINT] * sizeof(np_relief_slot);
 }
 
 void np_stage_count_air_shadows(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
