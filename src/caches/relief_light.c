@@ -196,7 +196,10 @@ static open_sky open_slope(const np_relief_light *c, const np_relief_hidden *hid
                     behind = np_relief_sum_terms(&hidden->sky, harmonics);
   const float even = np_relief_sum_shares(c->sky.even, harmonics);
   open_sky out = {.blocked = np_clampf(np_relief_sum_shares(hidden->blocked, harmonics), 0.0f, share)};
-  for (int b = 0; b < NP_BAND_COUNT; b++) out.open.band[b] = fmaxf(0.0f, share + clear.band[b] - even - behind.band[b]);
+  const np_glow_cosines cosines = np_relief_sky_aim(&c->sky, normal);
+  const np_spectrum glow = np_relief_sky_add_glow(&c->sky, &cosines, hidden->glow_left);
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    out.open.band[b] = fmaxf(0.0f, share + clear.band[b] - even - behind.band[b]) + glow.band[b];
   return out;
 }
 
