@@ -127,10 +127,18 @@ static double measure_shade(const np_assembly *assembly) {
 static const double hill_haze = 0.065, hill_depth = 0.07, hill_shade = 0.2, hill_thick = 0.05, hill_thick_depth = 0.6;
 
 static double compute_hill_air(const np_frame *f, const cloud_light *light, const np_plan *plan) {
-  if (!np_plan_needs(plan, NP_STAGE_TERRAIN) || !np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;
+  if (!np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;
   const double low = 1.0 - fmax(light->sine, 0.0), haze = fmin(light->haze / hill_depth, 1.0);
   const double thick = hill_thick * fmin(light->haze / hill_thick_depth, 1.0);
   return hypot(hypot(hill_haze * haze * low, thick), hill_shade * measure_shade(f->assembly));
+}
+
+/* Bias of what hills reflect to each other: 0 to 3 % in pictures of docs/results/light-caches.md, "Slopes among hills".
+ */
+static const double relief_bias = 0.02;
+
+static double compute_hills(const np_frame *f, const cloud_light *light, const np_plan *plan) {
+  return np_plan_needs(plan, NP_STAGE_TERRAIN) ? hypot(relief_bias, compute_hill_air(f, light, plan)) : 0.0;
 }
 
 /* Bias of hazy air under clouds, which is less even than the fluxes that it is computed from: 8 to 20 % in blue under a
@@ -229,8 +237,7 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   const double of_tables = hypot(plan->forecast.stages[NP_STAGE_ATMOSPHERE].error, compute_thick_tables(&light));
   return (np_bias_model){.bias = combine(plan, &light, (double)f->settings.tolerance, cover),
                          .factor = light.has_emission ? 3.0 : 2.0,
-                         .shared =
-                             hypot(hypot(outshone, of_night),
-                                   hypot(hypot(compute_under_deep(&light, cover), of_tables),
-                                         hypot(compute_hill_air(f, &light, plan), compute_murk(f, &light, plan))))};
+                         .shared = hypot(hypot(outshone, of_night),
+                                         hypot(hypot(compute_under_deep(&light, cover), of_tables),
+                                               hypot(compute_hills(f, &light, plan), compute_murk(f, &light, plan))))};
 }
