@@ -10,6 +10,7 @@
  */
 #include "caches/relief_light.h"
 
+#include "atmosphere/atmosphere_private.h"
 #include "atmosphere/sky_along.h"
 #include "core/alloc.h"
 #include "core/units.h"
@@ -224,32 +225,52 @@ static np_spectrum light_ground(const np_relief_light *c, const np_relief_hidden
   return reflect(out, hit->albedo);
 }
 
+/* Places in the air before the ground from which the sun may be hidden. */
+enum { AIR_PLACES = 2 };
+
+/* In-scatter before a hill, without what its air scatters first in the shade of others, and the air's transmittance. */
+static np_air_parts trace_air(const np_relief_light *c, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
+                              double distance_m, np_random *random) {
+  const np_hemisphere_shares none = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
+  const np_world *world = c->desc.world;
+  np_air_parts air;
+  np_sky_trace_parts(sky, origin, direction, &distance_m, 1, &none, &air);
+  int hidden = 0;
+  for (int i = 0; i < AIR_PLACES; i++) {
+    const double place_m = distance_m * (i + np_random_double(random)) / AIR_PLACES;
+    hidden += np_world_is_sun_hidden(world, np_dvec3_along(origin, direction, place_m), world->to_sun);
+  }
+  air.all = np_spectrum_add_scaled(air.all, -(float)hidden / AIR_PLACES, air.first);
+  return air;
+}
+
 /* Radiance of the ground through the air before it. */
 static np_spectrum compute_ground_radiance(const np_relief_light *c, np_dvec3 origin, np_vec3 direction,
-                                           const np_ground_hit *hit) {
+                                           const np_ground_hit *hit, np_random *random) {
   np_relief_hidden own;
   const np_spectrum light = light_ground(c, get_nearest_hidden(c, hit->position, &own), hit);
   const neph_sky *sky = c->desc.world->cloud_sky ? c->desc.world->cloud_sky : c->desc.world->camera_sky;
   if (!sky || hit->distance_m < air_from_m) return light;
-  const np_aerial_perspective air = np_sky_trace_air(sky, origin, direction, hit->distance_m);
-  return np_spectrum_add(np_spectrum_multiply(light, air.transmittance), air.inscatter);
+  const np_air_parts air = trace_air(c, sky, origin, direction, hit->distance_m, random);
+  return np_spectrum_add(np_spectrum_multiply(light, air.transmittance), air.all);
 }
 
-static void add_up(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_relief_irradiance *out) {
+static void add_up(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_random *random,
+                   np_relief_irradiance *out) {
   const np_vec3 towards = np_relief_make_direction(ray->sine, ray->azimuth);
   np_ground_hit hit;
   if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
-  np_relief_add_light(towards, np_spectrum_scale(compute_ground_radiance(c, origin, towards, &hit), ray->solid_angle),
-                      out);
+  np_relief_add_light(
+      towards, np_spectrum_scale(compute_ground_radiance(c, origin, towards, &hit, random), ray->solid_angle), out);
 }
 
 /* Adds the difference to level ground of radiance `level`. */
 static void add_down(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_spectrum level,
-                     np_relief_irradiance *out) {
+                     np_random *random, np_relief_irradiance *out) {
   const np_vec3 towards = np_relief_make_direction(ray->sine, ray->azimuth);
   np_ground_hit hit;
   if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
-  const np_spectrum more = np_spectrum_subtract(compute_ground_radiance(c, origin, towards, &hit), level);
+  const np_spectrum more = np_spectrum_subtract(compute_ground_radiance(c, origin, towards, &hit, random), level);
   np_relief_add_light(towards, np_spectrum_scale(more, ray->solid_angle), out);
 }
 
@@ -270,16 +291,16 @@ static void fill_ground(const np_relief_light *c, int32_t i, int32_t j, np_relie
   flat.normal = np_zenith(here.position, c->desc.world->planet_radius_m);
   const np_spectrum level = light_ground(c, get_hidden(c, i, j, &own), &flat);
   add_lower_half(np_spectrum_scale(level, NP_PI_F), out);
-  np_random random = start_rays(i, j);
+  np_random random = start_rays(i, j), of_shade = np_random_start(0, 2, (uint32_t)i, (uint32_t)j, 0);
   for (int ring = 0; ring < UP; ring++)
     for (int k = 0; k < AZIMUTHS; k++) {
       const relief_ray ray = draw_ray(np_relief_ring_edges, ring, k, &random);
-      add_up(c, here.position, &ray, out);
+      add_up(c, here.position, &ray, &of_shade, out);
     }
   for (int ring = 0; ring < DOWN; ring++)
     for (int k = 0; k < AZIMUTHS; k++) {
       const relief_ray ray = draw_ray(down_edges, ring, k, &random);
-      add_down(c, here.position, &ray, level, out);
+      add_down(c, here.position, &ray, level, &of_shade, out);
     }
 }
 
