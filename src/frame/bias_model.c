@@ -126,16 +126,19 @@ static double measure_shade(const np_assembly *assembly) {
  * time: 5 % at this depth and more, whatever the sun. */
 static const double hill_haze = 0.065, hill_depth = 0.07, hill_shade = 0.2, hill_thick = 0.05, hill_thick_depth = 0.6;
 
+/* The same where shade in the air is left out, times the square of that haze: 17 to 130 % in valleys of that page. */
+static const double unshaded_hills = 0.5;
+
 static double compute_hill_air(const np_frame *f, const cloud_light *light, const np_plan *plan) {
-  if (!np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return 0.0;
   const double low = 1.0 - fmax(light->sine, 0.0), haze = fmin(light->haze / hill_depth, 1.0);
+  if (!np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return unshaded_hills * haze * haze;
   const double thick = hill_thick * fmin(light->haze / hill_thick_depth, 1.0);
   return hypot(hypot(hill_haze * haze * low, thick), hill_shade * measure_shade(f->assembly));
 }
 
-/* Bias of what hills reflect to each other: 0 to 3 % in pictures of docs/results/light-caches.md, "Slopes among hills".
+/* Bias of what hills reflect to each other: 0 to 6 % in pictures of docs/results/light-caches.md, "Slopes among hills".
  */
-static const double relief_bias = 0.02;
+static const double relief_bias = 0.03;
 
 static double compute_hills(const np_frame *f, const cloud_light *light, const np_plan *plan) {
   return np_plan_needs(plan, NP_STAGE_TERRAIN) ? hypot(relief_bias, compute_hill_air(f, light, plan)) : 0.0;
@@ -156,8 +159,8 @@ static double compute_murk(const np_frame *f, const cloud_light *light, const np
 }
 
 /* Bias of the air's tables in thick haze, times the square of its depth up to 1: at visual ranges of 2 to 4 km regions
- * are 2 to 6 % off, towards the sun most (docs/results/sky.md). */
-static const double thick_tables_bias = 0.05;
+ * are 2 to 8 % off, towards the sun most (docs/results/sky.md). */
+static const double thick_tables_bias = 0.06;
 
 static double compute_thick_tables(const cloud_light *light) {
   const double depth = fmin(light->haze, 1.0);
@@ -199,7 +202,8 @@ static np_bias_model make_of_path(const np_frame *f, const np_plan *plan) {
   const double air = np_plan_has_air_light(plan) && !np_request_traces_air(&plan->request) ? np_bias_terms.air : 0.0;
   const double voxels = plan->savings.are_coarse ? plan->forecast.stages[NP_STAGE_VOLUMES].error : 0.0;
   const cloud_light light = measure_light(f->assembly);
-  const double haze = air > 0.0 ? hypot(compute_murk(f, &light, plan), compute_thick_tables(&light)) : 0.0;
+  const double of_air = hypot(compute_murk(f, &light, plan), compute_thick_tables(&light));
+  const double haze = air > 0.0 ? hypot(of_air, compute_hills(f, &light, plan)) : 0.0;
   return (np_bias_model){hypot(hypot(air, voxels), hypot(haze, compute_lost(f))), 2.0, 0.0};
 }
 
