@@ -132,18 +132,19 @@ void np_water_mirror_reflect(const np_water_mirror *mirror, const np_gather_kern
   const np_quadrature rule = np_quadrature_gauss(kernel->up);
   const int turns = kernel->azimuth_count, inputs = kernel->up * turns;
   const double range = 1.0 - np_horizon_cosine(kernel->medium, kernel->altitude_m[0]);
-  np_bands irradiance = np_bands_grey(1e-20f);
+  np_bands light[NP_GATHER_INPUTS_MAX], irradiance = np_bands_grey(1e-20f);
   for (int in = 0; in < inputs; in++) {
     const int row = in / turns;
+    light[in] = dome[in].smooth + phase[in] * dome[in].peak;
     const float cosine = np_maxf(kernel->input_cosine[0][row], 0.0f);
     const float solid_angle = (float)(2.0 * range * rule.x[row] * rule.weight[row] * 2.0 * NP_PI / turns);
-    irradiance += cosine * solid_angle * (dome[in].smooth + phase[in] * dome[in].peak);
+    irradiance += cosine * solid_angle * light[in];
   }
   for (int view = 0; view < NP_GATHER_VIEWS; view++)
     for (int turn = 0; turn < turns; turn++) {
       const float *weight = get_weights(mirror, kernel, view, turn);
       np_bands sum = np_bands_grey(0.0f);
-      for (int in = 0; in < inputs; in++) sum += weight[in] * (dome[in].smooth + phase[in] * dome[in].peak);
+      for (int in = 0; in < inputs; in++) sum += weight[in] * light[in];
       out->reflected[view][turn] = sum / irradiance;
     }
 }

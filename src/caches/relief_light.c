@@ -10,8 +10,6 @@
  */
 #include "caches/relief_light.h"
 
-#include "atmosphere/atmosphere_private.h"
-#include "atmosphere/sky_along.h"
 #include "core/alloc.h"
 #include "core/units.h"
 
@@ -142,7 +140,7 @@ static void fill_hidden(const np_relief_light *c, int32_t i, int32_t j, np_relie
     }
   if (np_spectrum_is_zero(c->sky.glow_share)) return;
   for (int n = 0; n < NP_RELIEF_GLOW; n++) {
-    const np_relief_ray *ray = &c->sky.glow[n];
+    const np_glow_direction *ray = &c->sky.glow[n];
     np_spectrum lost = np_spectrum_grey(1.0f);
     if (isinf(np_world_find_ground(c->desc.world, here.position, ray->towards, NULL)))
       lost = np_relief_air_shade(&ray->air, c->desc.world, here.position, ray->towards, GLOW_PLACES, &of_shade);
@@ -198,7 +196,7 @@ static open_sky open_slope(const np_relief_light *c, const np_relief_hidden *hid
   const float even = np_relief_sum_shares(c->sky.even, harmonics);
   open_sky out = {.blocked = np_clampf(np_relief_sum_shares(hidden->blocked, harmonics), 0.0f, share)};
   const np_glow_cosines cosines = np_relief_sky_aim(&c->sky, normal);
-  const np_spectrum glow = np_relief_sky_add_glow(&c->sky, &cosines, hidden->glow_left);
+  const np_spectrum glow = np_relief_sky_compute_glow(&c->sky, &cosines, hidden->glow_left);
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out.open.band[b] = fmaxf(0.0f, share + clear.band[b] - even - behind.band[b]) + glow.band[b];
   return out;
@@ -225,33 +223,14 @@ static np_spectrum light_ground(const np_relief_light *c, const np_relief_hidden
   return reflect(out, hit->albedo);
 }
 
-/* Places in the air before the ground from which the sun may be hidden. */
-enum { AIR_PLACES = 2 };
-
-/* In-scatter before a hill, without what its air scatters first in the shade of others, and the air's transmittance. */
-static np_air_parts trace_air(const np_relief_light *c, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
-                              double distance_m, np_random *random) {
-  const np_hemisphere_shares none = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
-  const np_world *world = c->desc.world;
-  np_air_parts air;
-  np_sky_trace_parts(sky, origin, direction, &distance_m, 1, &none, &air);
-  int hidden = 0;
-  for (int i = 0; i < AIR_PLACES; i++) {
-    const double place_m = distance_m * (i + np_random_double(random)) / AIR_PLACES;
-    hidden += np_world_is_sun_hidden(world, np_dvec3_along(origin, direction, place_m), world->to_sun);
-  }
-  air.all = np_spectrum_add_scaled(air.all, -(float)hidden / AIR_PLACES, air.first);
-  return air;
-}
-
 /* Radiance of the ground through the air before it. */
 static np_spectrum compute_ground_radiance(const np_relief_light *c, np_dvec3 origin, np_vec3 direction,
                                            const np_ground_hit *hit, np_random *random) {
   np_relief_hidden own;
   const np_spectrum light = light_ground(c, get_nearest_hidden(c, hit->position, &own), hit);
-  const neph_sky *sky = c->desc.world->cloud_sky ? c->desc.world->cloud_sky : c->desc.world->camera_sky;
-  if (!sky || hit->distance_m < air_from_m) return light;
-  const np_air_parts air = trace_air(c, sky, origin, direction, hit->distance_m, random);
+  np_air_parts air;
+  if (hit->distance_m < air_from_m) return light;
+  if (!np_relief_trace_air(c->desc.world, origin, direction, hit->distance_m, random, &air)) return light;
   return np_spectrum_add(np_spectrum_multiply(light, air.transmittance), air.all);
 }
 
@@ -398,7 +377,7 @@ static np_spectrum eval_point(const np_relief_light *c, int32_t i, int32_t j, co
   np_relief_irradiance own_ground;
   const np_relief_hidden *point = get_hidden(c, i, j, &own_hidden);
   const np_spectrum hidden = np_relief_sum_terms(&point->sky, s->harmonics),
-                    glow = np_relief_sky_add_glow(&c->sky, &s->glow, point->glow_left);
+                    glow = np_relief_sky_compute_glow(&c->sky, &s->glow, point->glow_left);
   np_spectrum out = np_relief_sum_terms(get_from_ground(c, i, j, &own_ground), s->harmonics);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float open = fmaxf(0.0f, s->clear.band[b] - hidden.band[b]) + glow.band[b];

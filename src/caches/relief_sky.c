@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "atmosphere/atmosphere_private.h"
-#include "atmosphere/sky_along.h"
 
 enum { RINGS = NP_RELIEF_RINGS, AZIMUTHS = NP_RELIEF_SKY_AZIMUTHS, SAMPLES = 3 /* places on a patch */ };
 
@@ -61,6 +60,9 @@ static np_spectrum trace_samples(const np_world *world, np_dvec3 origin, sky_sam
 
 /* ---- Where the air scatters sunlight first ---- */
 
+/* No light from a hemisphere: the parts that hold what becomes of it are not read. */
+static const np_hemisphere_shares no_shares;
+
 /* Distances of equal parts of the first order, which is known up to the ends of cells. */
 static void place_parts(const double ends_m[CELLS], const np_air_parts parts[CELLS], double out_m[NP_RELIEF_PARTS]) {
   const float step = np_spectrum_mean(parts[CELLS - 1].first) / NP_RELIEF_PARTS;
@@ -80,11 +82,10 @@ static np_relief_air measure_air(const np_world *world, np_dvec3 origin, np_vec3
   np_relief_air out = {.share = np_spectrum_grey(0.0f)};
   const neph_sky *sky = get_tables(world);
   if (!sky) return out;
-  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(sky, towards);
   double ends_m[CELLS];
   np_air_parts parts[CELLS];
   for (int k = 0; k < CELLS; k++) ends_m[k] = first_cell_m * pow(cell_ratio, k);
-  np_sky_trace_parts(sky, origin, towards, ends_m, CELLS, &shares, parts);
+  np_sky_trace_parts(sky, origin, towards, ends_m, CELLS, &no_shares, parts);
   const np_spectrum all = np_sky_trace_air(sky, origin, towards, INFINITY).inscatter, first = parts[CELLS - 1].first;
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out.share.band[b] = all.band[b] > 0.0f ? np_clampf(first.band[b] / all.band[b], 0.0f, 1.0f) : 0.0f;
@@ -102,6 +103,23 @@ np_spectrum np_relief_air_shade(const np_relief_air *air, const np_world *world,
     hidden += np_world_is_sun_hidden(world, np_dvec3_along(origin, towards, place_m), world->to_sun);
   }
   return np_spectrum_scale(air->share, (float)hidden / (float)count);
+}
+
+/* Places in the air before ground from which the sun may be hidden. */
+enum { GROUND_PLACES = 2 };
+
+bool np_relief_trace_air(const np_world *world, np_dvec3 origin, np_vec3 direction, double distance_m,
+                         np_random *random, np_air_parts *out) {
+  const neph_sky *sky = get_tables(world);
+  if (!sky) return false;
+  np_sky_trace_parts(sky, origin, direction, &distance_m, 1, &no_shares, out);
+  int hidden = 0;
+  for (int i = 0; i < GROUND_PLACES; i++) {
+    const double place_m = distance_m * (i + np_random_double(random)) / GROUND_PLACES;
+    hidden += np_world_is_sun_hidden(world, np_dvec3_along(origin, direction, place_m), world->to_sun);
+  }
+  out->all = np_spectrum_add_scaled(out->all, -(float)hidden / GROUND_PLACES, out->first);
+  return true;
 }
 
 /* ---- The glow ---- */
@@ -163,8 +181,8 @@ np_glow_cosines np_relief_sky_aim(const np_relief_sky *sky, np_vec3 normal) {
   return out;
 }
 
-np_spectrum np_relief_sky_add_glow(const np_relief_sky *sky, const np_glow_cosines *cosines,
-                                   const np_spectrum left[NP_RELIEF_GLOW]) {
+np_spectrum np_relief_sky_compute_glow(const np_relief_sky *sky, const np_glow_cosines *cosines,
+                                       const np_spectrum left[NP_RELIEF_GLOW]) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < NP_RELIEF_GLOW; i++) sum = np_spectrum_add_scaled(sum, cosines->to[i], left[i]);
   return np_spectrum_multiply(sky->glow_share, sum);

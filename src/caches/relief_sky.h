@@ -9,6 +9,7 @@
 #ifndef NP_CACHES_RELIEF_SKY_H
 #define NP_CACHES_RELIEF_SKY_H
 
+#include "atmosphere/sky_along.h"
 #include "caches/relief_harmonics.h"
 #include "core/random.h"
 #include "world/world.h"
@@ -31,16 +32,16 @@ typedef struct np_relief_patch {
 } np_relief_patch;
 
 /* A direction of the glow, all of which have equal shares. */
-typedef struct np_relief_ray {
+typedef struct np_glow_direction {
   np_vec3 towards;
   np_relief_air air;
-} np_relief_ray;
+} np_glow_direction;
 
 typedef struct np_relief_sky {
   np_relief_patch patch[NP_RELIEF_RINGS][NP_RELIEF_SKY_AZIMUTHS];
   np_relief_irradiance clear;  /* irradiance of the patches on slopes without hills */
   float even[NP_RELIEF_TERMS]; /* the same of an even sky */
-  np_relief_ray glow[NP_RELIEF_GLOW];
+  np_glow_direction glow[NP_RELIEF_GLOW];
   np_spectrum glow_share; /* irradiance of each direction on a plane that faces it; 0: there is no glow */
 } np_relief_sky;
 
@@ -60,10 +61,15 @@ const np_relief_patch *np_relief_sky_get(const np_relief_sky *sky, int ring, flo
 np_spectrum np_relief_air_shade(const np_relief_air *air, const np_world *world, np_dvec3 origin, np_vec3 towards,
                                 int count, np_random *random);
 
+/* In-scatter up to ground at a distance, without what the air scatters first in the shade of hills, and transmittance.
+ * False: there are no tables of the air, and `out` is not set. */
+bool np_relief_trace_air(const np_world *world, np_dvec3 origin, np_vec3 direction, double distance_m,
+                         np_random *random, np_air_parts *out);
+
 np_glow_cosines np_relief_sky_aim(const np_relief_sky *sky, np_vec3 normal);
 
 /* Irradiance of the glow on a slope, of which each direction has `left`. */
-np_spectrum np_relief_sky_add_glow(const np_relief_sky *sky, const np_glow_cosines *cosines,
-                                   const np_spectrum left[NP_RELIEF_GLOW]);
+np_spectrum np_relief_sky_compute_glow(const np_relief_sky *sky, const np_glow_cosines *cosines,
+                                       const np_spectrum left[NP_RELIEF_GLOW]);
 
 #endif
