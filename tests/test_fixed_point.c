@@ -19,9 +19,11 @@ static neph_result map_values(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* Like sweeps, it notices in a loop that it is cut short, when a part of the image is already set. */
-static neph_result map(void *user, const float *x, float *out) {
+/* Like sweeps, it writes over the scratch, and notices in a loop that it is cut short, when a part of the image is
+ * already set. */
+static neph_result map(void *user, const float *x, float *scratch, float *out) {
   problem *p = user;
+  for (size_t i = 0; i < COUNT; i++) scratch[i] = NAN;
   if (++p->calls == p->cut_at) p->now_s = 2.0;
   for (size_t i = 0; i < COUNT; i++) {
     out[i] = p->rate[i] * x[i] + 1.0f;
@@ -120,7 +122,8 @@ typedef struct wild {
   const np_fixed_point *problem;
 } wild;
 
-static neph_result map_wild(void *user, const float *x, float *out) {
+static neph_result map_wild(void *user, const float *x, float *scratch, float *out) {
+  (void)scratch;
   const wild *w = user;
   for (size_t i = 0; i < COUNT; i++) out[i] = w->problem->is_stalled ? 0.5f * x[i] + 0.5f : 1e30f * (x[i] + 1.0f);
   return NEPH_OK;

@@ -151,8 +151,14 @@ neph_result np_cell_air_fill(const np_transport_grid *grid, const np_world *worl
   return np_parallel_for(grid->context, monitor, rows, 4, light_rows, &f);
 }
 
+np_cell_air np_cell_air_borrow(const np_cell_air *air) {
+  return (np_cell_air){.sunlit = air->sunlit, .radiance = air->radiance, .is_borrowed = true};
+}
+
 void np_cell_air_clear(neph_context *context, np_cell_air *air) {
-  np_alloc_free(context, air->sunlit);
-  np_alloc_free(context, air->radiance);
-  *air = (np_cell_air){NULL, NULL};
+  if (!air->is_borrowed) {
+    np_alloc_free(context, air->sunlit);
+    np_alloc_free(context, air->radiance);
+  }
+  *air = (np_cell_air){NULL};
 }

@@ -19,6 +19,7 @@ enum { NP_CELL_AIR_DOWN, NP_CELL_AIR_UP, NP_CELL_AIR_WAYS };
 typedef struct np_cell_air {
   float *sunlit;                       /* v of each cell [k][j][i]; NULL: the air scatters too little to matter */
   float (*radiance)[NP_CELL_AIR_WAYS]; /* j of each layer in the present band, W m⁻³ sr⁻¹ nm⁻¹ */
+  bool is_borrowed;                    /* the arrays are another grid's */
 } np_cell_air;
 
 /* Sets up the cells of a grid; np_cell_air_clear frees them, after a failure too. `fade`: of each cloud, the share of
@@ -27,6 +28,9 @@ neph_result np_cell_air_fill(const np_transport_grid *grid, const np_world *worl
                              const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
                              np_cell_air *out);
 void np_cell_air_clear(neph_context *context, np_cell_air *air);
+
+/* The same air, for a grid with the same planes, until `air` is cleared. */
+np_cell_air np_cell_air_borrow(const np_cell_air *air);
 
 /* Renews `radiance` for a band. */
 void np_cell_air_set_band(const np_transport_grid *grid, const np_world *world, unsigned band, np_cell_air *air);

@@ -164,7 +164,8 @@ static void watch_for_stall(np_fixed_point *problem, history *past) {
 /* One more image, and its distance from its argument; without it where the budget ends. */
 static neph_result add_image(np_fixed_point *problem, history *past, pass *p) {
   shift(past);
-  neph_result result = problem->map(problem->user, p->x, past->image[past->count++]);
+  const unsigned newest = past->count++;
+  neph_result result = problem->map(problem->user, p->x, past->residual[newest], past->image[newest]);
   if (!result) result = measure(p, past);
   if (result) {
     past->count--;

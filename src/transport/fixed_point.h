@@ -5,7 +5,8 @@
 
 #include "core/parallel.h"
 
-typedef neph_result (*np_fixed_point_fn)(void *user, const float *x, float *out_image);
+/* Maps x; `scratch` takes as many floats as x until the call returns. */
+typedef neph_result (*np_fixed_point_fn)(void *user, const float *x, float *scratch, float *out_image);
 
 enum { NP_FIXED_POINT_DEPTH_MAX = 20 };
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Look-ups in a solution of the multiple scattering. */
+#include "core/half.h"
 #include "transport/scattering_field_private.h"
 
 void np_scattering_field_set_world(np_scattering_field *field, const np_world *world) {
@@ -31,6 +32,16 @@ void np_scattering_field_fill_outgoing(const np_scattering_field *field, unsigne
   const np_scaled_phase *phase = &field->phases[cloud];
   for (unsigned l = 0, i = 0; l <= phase->degree; l++)
     for (; i < (l + 1) * (l + 1); i++) out[i] = phase->moments[l] * harmonics[i];
+}
+
+void np_scattering_field_read_band(const np_scattering_field *field, size_t active, unsigned band,
+                                   float out[NP_HARMONIC_COUNT_MAX]) {
+  const uint16_t *first = field->moments + active * np_scattering_field_get_offset(field, field->medium.band_count);
+  const uint16_t *own = first + np_scattering_field_get_offset(field, band);
+  const unsigned kept = band == 0 ? field->kept.first : field->kept.further;
+  const float scale = field->scale[band], ratio = field->first_ratio[band] * field->scale[0];
+  for (unsigned i = 0; i < field->kept.first; i++)
+    out[i] = ratio * np_half_to_float(first[i]) + (i < kept ? scale * np_half_to_float(own[i]) : 0.0f);
 }
 
 void np_scattering_field_gather(const np_scattering_field *field, np_dvec3 position, np_light_moments *out) {

@@ -61,16 +61,6 @@ static float get_factor(const blend_part *p, unsigned band) {
   return (float)(p->weight[band] * colour);
 }
 
-/* Moments of a part in a cell of the sum; NULL: it has no such cell. */
-static const uint16_t *get_moments(const blend_part *p, int32_t cell, unsigned band) {
-  const np_transport_grid *g = &p->field->grid;
-  const size_t stride = (size_t)p->field->medium.band_count * np_harmonics_count(g->degree);
-  const int32_t active = g->active[cell];
-  return active < 0 ? NULL
-                    : p->field->moments + (size_t)active * stride +
-                          (size_t)get_band(p->field, band) * np_harmonics_count(g->degree);
-}
-
 typedef struct blending {
   blend_part parts[2];
   const np_transport_grid *grid; /* cells of the sum */
@@ -78,12 +68,16 @@ typedef struct blending {
   float *scale;
 } blending;
 
+/* A part may have no such cell. */
 static void add_part(const blending *b, unsigned part, int32_t cell, unsigned band, float sum[NP_HARMONIC_COUNT_MAX]) {
   const np_scattering_field *from = b->parts[part].field;
-  const uint16_t *halves = get_moments(&b->parts[part], cell, band);
-  const float factor = get_factor(&b->parts[part], band) * from->scale[get_band(from, band)];
-  const unsigned own = np_harmonics_count(from->grid.degree), most = np_harmonics_count(b->grid->degree);
-  for (unsigned i = 0; halves && i < own && i < most; i++) sum[i] += factor * np_half_to_float(halves[i]);
+  const int32_t active = from->grid.active[cell];
+  const float factor = get_factor(&b->parts[part], band);
+  const unsigned own = from->kept.first, most = np_harmonics_count(b->grid->degree);
+  float moments[NP_HARMONIC_COUNT_MAX];
+  if (active < 0) return;
+  np_scattering_field_read_band(from, (size_t)active, get_band(from, band), moments);
+  for (unsigned i = 0; i < own && i < most; i++) sum[i] += factor * moments[i];
 }
 
 static neph_result blend_cells(void *user, size_t begin, size_t end, unsigned thread) {
@@ -106,7 +100,9 @@ static void choose_scales(const blending *b) {
     double room = 0.0;
     for (int k = 0; k < 2; k++) {
       const np_scattering_field *from = b->parts[k].field;
-      room += (double)(get_factor(&b->parts[k], band) * from->scale[get_band(from, band)]);
+      const unsigned own = get_band(from, band);
+      const float scale = from->scale[own] + from->first_ratio[own] * from->scale[0];
+      room += (double)(get_factor(&b->parts[k], band) * scale);
     }
     b->scale[band] = room > 0.0 ? (float)exp2(ceil(log2(room))) : 1.0f;
   }
@@ -137,6 +133,8 @@ static uint16_t *allocate_moments(const np_scattering_field *field) {
 }
 
 static neph_result allocate(np_scattering_field *out, bool has_residual) {
+  const unsigned count = np_harmonics_count(out->grid.degree);
+  out->kept = (np_kept_moments){count, count};
   out->medium.band_count = NP_BAND_COUNT;
   out->medium.colour = np_spectrum_grey(1.0f);
   out->medium.has_delta_m_residual = has_residual;

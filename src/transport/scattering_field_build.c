@@ -37,7 +37,7 @@ static float choose_scale(const float *values, size_t count) {
 typedef struct packing {
   const float *from;
   float inverse_scale;
-  size_t count, stride; /* number of a cell's moments, and distance from one cell to the next */
+  size_t count, stride; /* number of the band's moments in a cell, and of all bands' */
   uint16_t *to;
 } packing;
 
@@ -48,6 +48,17 @@ static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
     for (size_t i = 0; i < p->count; i++)
       p->to[active * p->stride + i] = np_half_from_float(p->inverse_scale * p->from[active * p->count + i]);
   return NEPH_OK;
+}
+
+/* Keeps the present band's moments, `floats` in all. */
+static neph_result pack_band(const np_scattering_solver *s, const float *values, size_t floats) {
+  np_scattering_field *out = s->out;
+  const size_t cells = s->levels[0].grid.active_count;
+  const float scale = out->scale[s->band] = choose_scale(values, floats);
+  packing p = {values, 1.0f / scale, s->band == 0 ? out->kept.first : out->kept.further,
+               np_scattering_field_get_offset(out, out->medium.band_count),
+               out->moments + np_scattering_field_get_offset(out, s->band)};
+  return np_parallel_for(s->context, s->monitor, cells, CHUNK, pack, &p);
 }
 
 /* Light that the march replaces by the exact one: in means over cells, as the moments have it. */
@@ -70,6 +81,7 @@ static neph_result store_band(np_scattering_solver *s) {
   const size_t floats = count_moments(&finest->grid);
   const unsigned count = np_harmonics_count(finest->grid.degree);
   float *copy = NULL, *sharp = finest->phi;
+  np_workspace_clear(&s->workspace); /* the moments that are kept take its place */
   if (np_scattering_solver_get_iterated(s) == 0) {
     sharp = copy = np_alloc(s->context, floats, sizeof *copy);
     if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -79,51 +91,24 @@ static neph_result store_band(np_scattering_solver *s) {
   if (s->out->importance && !result)
     np_importance_add(finest, sharp, 1.0f / (float)s->out->medium.band_count, np_spectrum_max(s->world->sun_irradiance),
                       s->out->importance);
-  const float scale = s->out->scale[s->band] = choose_scale(sharp, floats);
-  packing p = {sharp, 1.0f / scale, count, (size_t)s->out->medium.band_count * count,
-               s->out->moments + (size_t)s->band * count};
-  if (!result) result = np_parallel_for(s->context, s->monitor, finest->grid.active_count, CHUNK, pack, &p);
+  if (!result) result = pack_band(s, sharp, floats);
   np_alloc_free(s->context, copy);
   return result || !finest->grid.delta_m_residual ? result : store_delta_m_residual(s);
 }
 
-/* Resolved moments of a band: the first one's times the ratio of their sunlight, and the difference that is left to the
- * least degree. */
-typedef struct transfer {
-  const np_scattering_solver *s;
-  const float *difference; /* [active][harmonic] of the least degree */
-  double ratio;
-} transfer;
-
-static neph_result add_transfer(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  const transfer *t = user;
-  const np_scattering_solver *s = t->s;
-  const unsigned count = np_harmonics_count(s->levels[0].grid.degree);
-  const float first_scale = s->out->scale[0], inverse_scale = 1.0f / s->out->scale[s->band], ratio = (float)t->ratio;
-  for (size_t active = begin; active < end; active++) {
-    const uint16_t *first = s->out->moments + active * s->out->medium.band_count * count;
-    uint16_t *to = s->out->moments + (active * s->out->medium.band_count + s->band) * count;
-    for (unsigned i = 0; i < count; i++) {
-      const float own = i < NP_HARMONIC_COUNT_MIN ? t->difference[active * NP_HARMONIC_COUNT_MIN + i] : 0.0f;
-      to[i] = np_half_from_float(inverse_scale * (ratio * first_scale * np_half_to_float(first[i]) + own));
-    }
-  }
-  return NEPH_OK;
-}
-
-/* The scale leaves room for the sum of both parts. */
+/* Keeps, of a band that takes the angular resolution from the first one, what the first one's light times the ratio of
+ * their sunlight leaves to the least degree. */
 static neph_result store_transferred_band(np_scattering_solver *s) {
   const np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
-  const np_transport_grid *g = &iterated->grid;
-  const size_t floats = g->active_count * NP_HARMONIC_COUNT_MIN;
-  float *difference = s->levels[0].phi;
-  transfer t = {s, difference, s->sunlight[s->band] / s->sunlight[0]};
-  for (size_t i = 0; i < floats; i++) difference[i] = iterated->phi[i] - (float)t.ratio * iterated->first_phi[i];
-  neph_result result = np_transport_grid_sharpen(g, NP_HARMONIC_COUNT_MIN, s->monitor, difference);
-  const double room = choose_scale(difference, floats) + (float)t.ratio * s->out->scale[0];
-  s->out->scale[s->band] = (float)exp2(ceil(log2(room)));
-  if (!result) result = np_parallel_for(s->context, s->monitor, g->active_count, CHUNK, add_transfer, &t);
+  const size_t floats = count_moments(&iterated->grid);
+  neph_result result = np_workspace_begin(&s->workspace, floats, 1);
+  if (result) return result;
+  float *difference = np_workspace_take(&s->workspace, floats);
+  for (size_t i = 0; i < floats; i++)
+    difference[i] = iterated->phi[i] - s->out->first_ratio[s->band] * iterated->first_phi[i];
+  result =
+      np_transport_grid_sharpen(&iterated->grid, np_harmonics_count(iterated->grid.degree), s->monitor, difference);
+  if (!result) result = pack_band(s, difference, floats);
   return result || !s->levels[0].grid.delta_m_residual ? result : store_delta_m_residual(s);
 }
 
@@ -199,6 +184,8 @@ static neph_result relate_bands(np_scattering_solver *s) {
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) measure_light(s, b);
   s->is_transferred = can_transfer(s);
   s->is_related = true;
+  for (unsigned b = 1; b < NP_BAND_COUNT && s->is_transferred; b++)
+    s->out->first_ratio[b] = s->sunlight[0] > 0.0 ? (float)(s->sunlight[b] / s->sunlight[0]) : 0.0f;
   const unsigned finest = np_scattering_solver_get_iterated(s);
   neph_result result = NEPH_OK;
   for (unsigned n = finest; n < s->level_count && !result; n++)
@@ -217,6 +204,22 @@ static neph_result compute_direct_irradiance(void *user, size_t begin, size_t en
 }
 
 /* Allocates the bands' results on the active cells of the first band's grid. */
+static neph_result allocate_result(const np_scattering_solver *s) {
+  const np_transport_grid *g = &s->levels[0].grid;
+  np_scattering_field *out = s->out;
+  const unsigned bands = out->medium.band_count, count = np_harmonics_count(g->degree);
+  out->kept = (np_kept_moments){count, s->is_transferred ? np_harmonics_count(s->broad->ordinates.degree) : count};
+  out->moments =
+      np_alloc(s->context, g->active_count, np_scattering_field_get_offset(out, bands) * sizeof *out->moments);
+  if (s->desc->has_importance) out->importance = np_alloc(s->context, g->active_count, sizeof *out->importance);
+  if (g->delta_m_residual)
+    out->delta_m_residual = np_alloc(s->context, g->active_count, bands * sizeof *out->delta_m_residual);
+  const bool has_all =
+      out->moments && (out->importance || !s->desc->has_importance) && (out->delta_m_residual || !g->delta_m_residual);
+  return has_all ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* Decides how the bands are solved for, and which of them. */
 static neph_result start_bands(np_scattering_solver *s) {
   const np_transport_grid *g = &s->levels[0].grid;
   s->sun = np_alloc(s->context, g->active_count, sizeof *s->sun);
@@ -224,20 +227,19 @@ static neph_result start_bands(np_scattering_solver *s) {
   neph_result result = np_parallel_for(s->context, s->monitor, g->active_count, CHUNK, compute_direct_irradiance, s);
   if (result) return result;
   choose_bands(s);
-  s->out->moments = np_alloc(s->context, count_moments(g), s->out->medium.band_count * sizeof *s->out->moments);
-  if (s->desc->has_importance) s->out->importance = np_alloc(s->context, g->active_count, sizeof *s->out->importance);
-  if (g->delta_m_residual)
-    s->out->delta_m_residual =
-        np_alloc(s->context, g->active_count, s->out->medium.band_count * sizeof *s->out->delta_m_residual);
-  const bool has_all = s->out->moments && (s->out->importance || !s->desc->has_importance) &&
-                       (s->out->delta_m_residual || !g->delta_m_residual);
-  return has_all ? relate_bands(s) : NEPH_ERROR_OUT_OF_MEMORY;
+  result = relate_bands(s);
+  return result ? result : allocate_result(s);
 }
 
-/* Importance adds up over the bands, and would twice. */
+/* Importance adds up over the bands, and would twice. What further bands start from is kept last: less memory is used
+ * then. */
 static neph_result store_solution(np_scattering_solver *s) {
-  if (!np_solver_state_begin(s, s->out->importance ? NP_STEP_FRAGILE : NP_STEP_WITHIN)) return NEPH_OK;
-  return s->is_transferred && s->turn > 0 ? store_transferred_band(s) : store_band(s);
+  const bool is_new = np_solver_state_begin(s, s->out->importance ? NP_STEP_FRAGILE : NP_STEP_WITHIN);
+  neph_result result = NEPH_OK;
+  if (is_new) result = s->is_transferred && s->turn > 0 ? store_transferred_band(s) : store_band(s);
+  if (s->is_transferred) np_transport_level_drop(&s->levels[0]);
+  if (is_new && s->turn == 0) np_scattering_solver_keep_first(s);
+  return result;
 }
 
 static neph_result solve_bands(np_scattering_solver *s) {

@@ -15,12 +15,13 @@ typedef struct field_header {
   double even_m[3], repeat_m[3], residual, error;
   np_transport_fold fold;
   np_fold_light fold_light;
-  float colour[NP_BAND_COUNT], scale[NP_BAND_COUNT], beyond_scale[NP_BAND_COUNT];
-  uint8_t is_wrapped[3], is_fine, has_delta_m_residual, has_importance, has_beyond, padding[5];
+  np_kept_moments kept;
+  float colour[NP_BAND_COUNT], scale[NP_BAND_COUNT], beyond_scale[NP_BAND_COUNT], first_ratio[NP_BAND_COUNT];
+  uint8_t is_wrapped[3], is_fine, has_delta_m_residual, has_importance, has_beyond, padding[1];
 } field_header;
 
 static size_t count_moments(const np_scattering_field *field) {
-  return field->grid.active_count * np_harmonics_count(field->grid.degree) * field->medium.band_count;
+  return field->grid.active_count * np_scattering_field_get_offset(field, field->medium.band_count);
 }
 
 static field_header fill_header(const np_scattering_field *field) {
@@ -30,6 +31,7 @@ static field_header fill_header(const np_scattering_field *field) {
                     .sweeps = field->sweeps,
                     .active_count = g->active_count,
                     .fold = g->fold,
+                    .kept = field->kept,
                     .fold_light = field->fold_light,
                     .residual = field->quality.residual,
                     .error = field->quality.error,
@@ -47,6 +49,7 @@ static field_header fill_header(const np_scattering_field *field) {
     h.colour[b] = field->medium.colour.band[b];
     h.scale[b] = field->scale[b];
     h.beyond_scale[b] = field->beyond_scale[b];
+    h.first_ratio[b] = field->first_ratio[b];
   }
   return h;
 }
@@ -73,6 +76,7 @@ static void take_header(const field_header *h, np_scattering_field *field) {
                            .is_fine = h->is_fine,
                            .fold = h->fold};
   field->fold_light = h->fold_light;
+  field->kept = h->kept;
   for (int a = 0; a < 3; a++) {
     g->size[a] = h->size[a];
     g->even_m[a] = h->even_m[a];
@@ -87,7 +91,13 @@ static void take_header(const field_header *h, np_scattering_field *field) {
     field->medium.colour.band[b] = h->colour[b];
     field->scale[b] = h->scale[b];
     field->beyond_scale[b] = h->beyond_scale[b];
+    field->first_ratio[b] = h->first_ratio[b];
   }
+}
+
+static bool is_kept(const np_kept_moments *kept, unsigned degree) {
+  return kept->first == np_harmonics_count(degree) &&
+         (kept->further == kept->first || (kept->further == NP_HARMONIC_COUNT_MIN && kept->further < kept->first));
 }
 
 /* Checks a header: ascending planes, a number of cells that fits into memory, valid harmonics and bands. */
@@ -95,12 +105,13 @@ static bool is_sound(const field_header *h) {
   const size_t count = np_cache_count_cells(h->size);
   if (count == 0 || count > cells_max || h->active_count > count) return false;
   return h->degree >= 1 && h->degree <= NP_DEGREE_MAX && (h->band_count == 1 || h->band_count == NP_BAND_COUNT) &&
-         np_cache_are_doubles_finite(h->even_m, 3) && np_cache_are_doubles_finite(h->repeat_m, 3) &&
+         is_kept(&h->kept, h->degree) && np_cache_are_doubles_finite(h->even_m, 3) &&
+         np_cache_are_doubles_finite(h->repeat_m, 3) &&
          fmin(fmin(h->repeat_m[0], h->repeat_m[1]), h->repeat_m[2]) >= 0.0 && h->even_m[0] >= 0.0 &&
          h->even_m[1] >= 0.0 && h->even_m[2] >= 0.0 &&
          np_cache_are_doubles_finite(&h->fold.period_m, sizeof h->fold / sizeof h->fold.period_m) &&
          np_cache_are_finite(h->colour, NP_BAND_COUNT) && np_cache_are_finite(h->scale, NP_BAND_COUNT) &&
-         np_cache_are_finite(h->beyond_scale, NP_BAND_COUNT);
+         np_cache_are_finite(h->beyond_scale, NP_BAND_COUNT) && np_cache_are_finite(h->first_ratio, NP_BAND_COUNT);
 }
 
 static bool are_ascending(const double *edge_m, int32_t cells) {

@@ -16,6 +16,12 @@ typedef struct np_scattering_lookup {
   bool (*get_importance)(const np_scattering_field *field, np_dvec3 position, np_importance *out);
 } np_scattering_lookup;
 
+/* Number of moments that a cell keeps of the first band, and of each further one: as many, or those of the least
+ * degree, which are added to the first band's times `first_ratio`. */
+typedef struct np_kept_moments {
+  unsigned first, further;
+} np_kept_moments;
+
 struct np_scattering_field {
   neph_context *context; /* borrowed */
   const np_scattering_lookup *lookup;
@@ -23,18 +29,28 @@ struct np_scattering_field {
   np_scattering_quality quality;
   np_scaled_phase *phases; /* phase function of each cloud; equal ones share their table */
   np_transport_grid grid;
-  bool has_whole_grid; /* the grid has all that it was solved on, the same for all bands */
+  bool has_whole_grid;      /* the grid has all that it was solved on, the same for all bands */
   np_fold_light fold_light; /* light of the other tiles, where the grid has a fold */
-  uint16_t
-      *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on
-                 */
-  float scale[NP_BAND_COUNT]; /* powers of two */
-  uint16_t *beyond;           /* moments of the same cells for places that they match but do not hold; NULL: the same */
+  np_kept_moments kept;
+  uint16_t *moments; /* [active][np_scattering_field_get_offset() + harmonic], halves, times `scale`: radiance but for
+                        sunlight which went straight on */
+  float scale[NP_BAND_COUNT];       /* powers of two */
+  float first_ratio[NP_BAND_COUNT]; /* 0: the band keeps all moments */
+  uint16_t *beyond; /* moments of the same cells for places that they match but do not hold; NULL: the same */
   float beyond_scale[NP_BAND_COUNT];
   float *delta_m_residual;   /* [active][band], as in np_light_moments; NULL: there is none */
   np_importance *importance; /* [active], in floats, since it may fall by thirty decades; NULL where nothing needs it */
   unsigned sweeps;           /* sweeps of the finest grid, all bands together */
 };
+
+/* The first moment of a band among those of a cell; of the number of bands: how many a cell has. */
+static inline unsigned np_scattering_field_get_offset(const np_scattering_field *field, unsigned band) {
+  return band == 0 ? 0 : field->kept.first + (band - 1) * field->kept.further;
+}
+
+/* Moments of a band in an active cell. */
+void np_scattering_field_read_band(const np_scattering_field *field, size_t active, unsigned band,
+                                   float out[NP_HARMONIC_COUNT_MAX]);
 
 /* One without cells and light; NULL: no memory. */
 np_scattering_field *np_scattering_field_create(neph_context *context);

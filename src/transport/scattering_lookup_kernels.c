@@ -42,38 +42,53 @@ static np_dvec3 match(const np_scattering_field *f, np_dvec3 position) {
   return f->grid.fold.period_m > 0.0 ? np_transport_fold_match(&f->grid.fold, position) : position;
 }
 
-/* Moments of the light at a place, and their factors in each band. */
-static const uint16_t *get_moments(const np_scattering_field *f, np_dvec3 position, float out_scale[NP_BAND_COUNT]) {
-  const bool is_beyond = f->beyond && !np_scattering_field_holds(f, position);
-  const float *scale = is_beyond ? f->beyond_scale : f->scale;
-  float gain[NP_BAND_COUNT] = {1.0f, 1.0f, 1.0f};
-  if (f->grid.fold.period_m > 0.0) np_fold_light_get(&f->fold_light, &f->grid.fold, position, gain);
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) out_scale[b] = scale[b] * gain[b];
-  return is_beyond ? f->beyond : f->moments;
+/* Completes the moments of bands that keep fewer than the first: out->value is [band][harmonic]. */
+static inline void add_first(const np_scattering_field *f, np_light_moments *out) {
+  const unsigned count = f->kept.first, own = f->kept.further;
+  for (unsigned b = 1; b < f->medium.band_count && own < count; b++) {
+    float *value = out->value + b * count;
+    const float ratio = f->first_ratio[b];
+    for (unsigned i = 0; i < own; i++) value[i] += ratio * out->value[i];
+    for (unsigned i = own; i < count; i++) value[i] = ratio * out->value[i];
+  }
 }
 
-static inline void add_cells(const np_scattering_field *f, np_dvec3 position, unsigned width, np_light_moments *out) {
+/* Multiplies the moments by the light of a fold's other tiles. */
+static void add_fold_light(const np_scattering_field *f, np_dvec3 position, np_light_moments *out) {
+  float gain[NP_BAND_COUNT];
+  np_fold_light_get(&f->fold_light, &f->grid.fold, position, gain);
+  for (unsigned i = 0; i < f->medium.band_count * f->kept.first; i++) out->value[i] *= gain[i / f->kept.first];
+}
+
+static inline void add_cells(const np_scattering_field *f, np_dvec3 position, unsigned bands, np_kept_moments kept,
+                             np_light_moments *out) {
   int32_t active[8];
-  float weight[8], scale[NP_BAND_COUNT];
+  float weight[8];
   const unsigned count = np_transport_grid_get_corners(&f->grid, match(f, position), active, weight);
-  const uint16_t *moments = get_moments(f, position, scale);
-  const unsigned harmonics = width / f->medium.band_count;
-  for (unsigned first = 0; first < width; first += LANES) {
-    float lanes[LANES] = {0.0f};
-    for (unsigned c = 0; c < count; c++) add_moments(moments + (size_t)active[c] * width + first, weight[c], lanes);
-    for (unsigned k = 0; k < LANES; k++) out->value[first + k] = scale[first / harmonics] * lanes[k];
+  const bool is_beyond = f->beyond && !np_scattering_field_holds(f, position);
+  const uint16_t *moments = is_beyond ? f->beyond : f->moments;
+  const float *scale = is_beyond ? f->beyond_scale : f->scale;
+  const size_t width = kept.first + (bands - 1) * kept.further;
+  for (unsigned b = 0, begin = 0; b < bands; b++) {
+    const unsigned own = b == 0 ? kept.first : kept.further;
+    for (unsigned first = 0; first < own; first += LANES, begin += LANES) {
+      float lanes[LANES] = {0.0f};
+      for (unsigned c = 0; c < count; c++) add_moments(moments + (size_t)active[c] * width + begin, weight[c], lanes);
+      for (unsigned k = 0; k < LANES; k++) out->value[b * kept.first + first + k] = scale[b] * lanes[k];
+    }
   }
+  add_first(f, out);
+  if (f->grid.fold.period_m > 0.0) add_fold_light(f, position, out);
   average_residual(f, active, weight, count, out->delta_m_residual);
 }
 
-/* The least number of harmonics, which the largest clouds have, is known to the compiler. */
+/* The least numbers, which the largest clouds have, are known to the compiler. */
 static void gather(const np_scattering_field *f, np_dvec3 position, np_light_moments *out) {
-  const unsigned width = f->medium.band_count * np_harmonics_count(f->grid.degree);
-  if (width == NP_HARMONIC_COUNT_MIN) {
-    add_cells(f, position, NP_HARMONIC_COUNT_MIN, out);
-  } else {
-    add_cells(f, position, width, out);
-  }
+  const unsigned bands = f->medium.band_count;
+  if (bands == 1 && f->kept.first == NP_HARMONIC_COUNT_MIN)
+    add_cells(f, position, 1, (np_kept_moments){NP_HARMONIC_COUNT_MIN, NP_HARMONIC_COUNT_MIN}, out);
+  else
+    add_cells(f, position, bands, f->kept, out);
 }
 
 static void gather_cells(const np_scattering_field *f, np_dvec3 position, np_scattering_cells *out) {
@@ -100,10 +115,13 @@ static np_spectrum get_outgoing(const np_scattering_field *f, const np_light_mom
 }
 
 static void unpack(const np_scattering_field *f, size_t active, np_light_moments *out) {
-  const unsigned count = np_harmonics_count(f->grid.degree), width = f->medium.band_count * count;
-  for (unsigned i = 0; i < width; i++) out->value[i] = 0.0f;
-  for (unsigned i = 0; i < width; i += LANES)
-    add_moments(f->moments + active * width + i, f->scale[i / count], out->value + i);
+  const unsigned bands = f->medium.band_count, count = f->kept.first;
+  const uint16_t *moments = f->moments + active * np_scattering_field_get_offset(f, bands);
+  for (unsigned i = 0; i < bands * count; i++) out->value[i] = 0.0f;
+  for (unsigned b = 0; b < bands; b++)
+    for (unsigned i = 0; i < (b == 0 ? count : f->kept.further); i += LANES, moments += LANES)
+      add_moments(moments, f->scale[b], out->value + b * count + i);
+  add_first(f, out);
 }
 
 static void fill_cell(const np_scattering_field *f, size_t cell, np_vec3 direction, float *out) {

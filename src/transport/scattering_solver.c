@@ -211,6 +211,7 @@ static neph_result resolve(np_scattering_solver *s) {
   set_part(s, resolving_begin, is_fine(s) ? 0.5 * (resolving_begin + keeping_begin) : keeping_begin);
   const bool is_new = np_solver_state_begin(s, NP_STEP_RESTARTABLE);
   s->state.has_fine = true;
+  np_workspace_clear(&s->workspace); /* sweeps take less than iterations */
   if (is_resolved(s)) {
     if (is_new) result = np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
     if (!result) result = sweep_level(s, iterated - 1, NP_RESOLVING_SWEEPS);
@@ -264,7 +265,10 @@ neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
   for (unsigned n = 0; n < s->level_count && !result; n++)
     result = np_transport_level_allocate(&s->levels[n], s->world->emission);
   for (unsigned n = 0; n < s->level_count && !result; n++)
-    result = np_cell_air_fill(&s->levels[n].grid, s->world, s->depths, s->fade, s->monitor, &s->levels[n].air);
+    if (is_resolved(s) && n == np_scattering_solver_get_iterated(s))
+      s->levels[n].air = np_cell_air_borrow(&s->levels[n - 1].air);
+    else
+      result = np_cell_air_fill(&s->levels[n].grid, s->world, s->depths, s->fade, s->monitor, &s->levels[n].air);
   return result;
 }
 
@@ -427,7 +431,7 @@ static neph_result copy_first(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-static void store_first(np_scattering_solver *s) {
+void np_scattering_solver_keep_first(np_scattering_solver *s) {
   for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
     np_transport_level *l = &s->levels[n];
     if (l->first_phi) (void)np_parallel_for(s->context, NULL, count_moments(&l->grid), MOMENTS, copy_first, l);
@@ -498,7 +502,6 @@ neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_fir
   s->is_nested = is_first || !(before > 0.0) || s->out->quality.is_cut;
   begin_budget(s);
   result = s->is_nested ? solve_nested(s) : solve_related(s, *sum / before);
-  if (!result && s->turn == 0 && np_solver_state_begin(s, NP_STEP_RESTARTABLE)) store_first(s);
   if (!result && !(s->is_transferred && s->turn > 0)) result = resolve(s);
   end_budget(s);
   set_part(s, keeping_begin, 1.0);

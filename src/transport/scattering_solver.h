@@ -104,6 +104,9 @@ void np_scattering_solver_light_border(np_scattering_solver *s);
  * the band before, then of this one; 0: there is no light. */
 neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_first, double *sum);
 
+/* Keeps the iterated levels' light, where a further band starts from the present one. */
+void np_scattering_solver_keep_first(np_scattering_solver *s);
+
 /* Opens the kept state of a solution, if there is one. */
 void np_solver_state_open(np_scattering_solver *s);
 

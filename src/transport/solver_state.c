@@ -68,7 +68,7 @@ static void transfer_bands(np_scattering_solver *s, np_cache_entry *entry, const
   np_scattering_field *out = s->out;
   const np_transport_grid *g = &s->levels[0].grid;
   if (s->turn == 0) return;
-  way->halves(entry, out->moments, count_moments(g) * out->medium.band_count);
+  way->halves(entry, out->moments, g->active_count * np_scattering_field_get_offset(out, out->medium.band_count));
   if (out->delta_m_residual) way->floats(entry, out->delta_m_residual, g->active_count * out->medium.band_count);
   if (out->importance)
     way->floats(entry, &out->importance->mean, g->active_count * (sizeof *out->importance / sizeof(float)));
@@ -95,7 +95,8 @@ static bool is_sound(const np_scattering_solver *s, const state_header *h) {
   bool is_light = isfinite(h->residual) && h->residual >= 0.0;
   for (int b = 0; b < NP_BAND_COUNT; b++) is_light = is_light && isfinite(h->scale[b]) && h->scale[b] >= 0.0f;
   return is_light && h->turn == s->turn && h->level_count == s->level_count && h->has_history <= 1 &&
-         h->has_outflow <= 1 && (h->first_level == 0 || h->first_level == np_scattering_solver_get_iterated(s));
+         h->has_outflow <= 1 &&
+         (h->first_level == 0 ? s->levels[0].phi != NULL : h->first_level == np_scattering_solver_get_iterated(s));
 }
 
 /* The header was examined when the entry was opened, to learn its step. */

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The order in which tiles of rows are swept. Light of a pair of octants moves from one corner of the plane of rows to
  * the opposite: a tile waits for its two neighbours towards the light, not for others on its diagonal (the wavefront of
- * Koch, Baker and Alcouffe 1992), so that there is work for many threads, and every face has one writer. Opposite pairs
- * start at opposite corners and share a sum: the pair that comes to a tile second waits for the first. */
+ * Koch, Baker and Alcouffe 1992), so that there is work for many threads, and every face has one writer. The pairs
+ * start at the four corners and share one sum: a pair that comes to a tile waits for the pair that came there before.
+ */
 #include "transport/sweep.h"
 
 #include "core/alloc.h"
@@ -81,59 +82,53 @@ static neph_result fill_reaches(np_sweep *s) {
 
 typedef struct tile_plan {
   int32_t tiles_y, tiles_z;
-  uint32_t *index; /* [pair][tile_z][tile_y]: place in the order */
+  uint32_t *index; /* [pair][tile_z][tile_y]: place in the order, tiles numbered as in np_sweep_tile */
+  uint32_t *last;  /* [tile_z][tile_y], numbered up both axes: place of the pair that came last; NP_WAITS_NONE: none */
 } tile_plan;
 
 static uint32_t *get_index(const tile_plan *plan, unsigned pair, int32_t y, int32_t z) {
   return &plan->index[((size_t)pair * (size_t)plan->tiles_z + (size_t)z) * (size_t)plan->tiles_y + (size_t)y];
 }
 
-/* Appends the tiles on a diagonal, y + z, of some pairs. */
-static void append_diagonal(np_sweep *s, const tile_plan *plan, int32_t diagonal, unsigned pair, unsigned pair_end) {
-  const int32_t first_y = diagonal < plan->tiles_z ? 0 : diagonal - plan->tiles_z + 1,
-                middle = plan->tiles_y + plan->tiles_z - 2;
-  for (int32_t y = first_y; y < plan->tiles_y && y <= diagonal; y++)
-    for (unsigned p = pair; p < pair_end; p++) {
-      const bool is_first = 2 * diagonal < middle || (2 * diagonal == middle && p < NP_OCTANT_PAIRS / 2);
-      *get_index(plan, p, y, diagonal - y) = (uint32_t)s->tile_count;
-      s->tiles[s->tile_count++] = (np_sweep_tile){(uint8_t)p, is_first, y, diagonal - y};
-    }
+/* Bits of the pair are set where light goes down y, and down z. */
+static uint32_t *get_last(const tile_plan *plan, unsigned pair, int32_t y, int32_t z) {
+  const int32_t up_y = pair & 1u ? plan->tiles_y - 1 - y : y, up_z = pair & 2u ? plan->tiles_z - 1 - z : z;
+  return &plan->last[(size_t)up_z * (size_t)plan->tiles_y + (size_t)up_y];
 }
 
-/* Orders tiles by diagonals. On the middle one, where opposite pairs would sweep the same tiles, half of the pairs come
- * first. */
+static void append_tile(np_sweep *s, const tile_plan *plan, unsigned pair, int32_t y, int32_t z) {
+  const uint32_t own = (uint32_t)s->tile_count++;
+  uint32_t *last = get_last(plan, pair, y, z);
+  s->tiles[own] = (np_sweep_tile){(uint8_t)pair, *last == NP_WAITS_NONE, y, z};
+  s->waits[own] = (np_waits){{y ? *get_index(plan, pair, y - 1, z) : NP_WAITS_NONE,
+                              z ? *get_index(plan, pair, y, z - 1) : NP_WAITS_NONE, *last}};
+  *get_index(plan, pair, y, z) = *last = own;
+}
+
+/* Appends tiles by diagonals, y + z. Pairs that come to a tile on the same diagonal add to it in their order. */
 static void append_tiles(np_sweep *s, const tile_plan *plan) {
   for (int32_t d = 0; d < plan->tiles_y + plan->tiles_z - 1; d++) {
-    const bool is_middle = 2 * d == plan->tiles_y + plan->tiles_z - 2;
-    const unsigned step = is_middle ? NP_OCTANT_PAIRS / 2 : NP_OCTANT_PAIRS;
-    for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair += step) append_diagonal(s, plan, d, pair, pair + step);
-  }
-}
-
-static void fill_waits(const np_sweep *s, const tile_plan *plan) {
-  for (size_t i = 0; i < s->tile_count; i++) {
-    const np_sweep_tile *tile = &s->tiles[i];
-    s->waits[i].on[0] = tile->y ? *get_index(plan, tile->pair, tile->y - 1, tile->z) : NP_WAITS_NONE;
-    s->waits[i].on[1] = tile->z ? *get_index(plan, tile->pair, tile->y, tile->z - 1) : NP_WAITS_NONE;
-    const unsigned opposite = tile->pair ^ 3u;
-    s->waits[i].on[2] = tile->is_first
-                            ? NP_WAITS_NONE
-                            : *get_index(plan, opposite, plan->tiles_y - 1 - tile->y, plan->tiles_z - 1 - tile->z);
+    const int32_t first_y = d < plan->tiles_z ? 0 : d - plan->tiles_z + 1;
+    for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++)
+      for (int32_t y = first_y; y < plan->tiles_y && y <= d; y++) append_tile(s, plan, pair, y, d - y);
   }
 }
 
 static neph_result fill_tiles(np_sweep *s) {
-  tile_plan plan = {(s->grid->size[1] - 1) / NP_SWEEP_TILE_Y + 1, (s->grid->size[2] - 1) / NP_SWEEP_TILE_Z + 1, NULL};
-  const size_t count = NP_OCTANT_PAIRS * (size_t)plan.tiles_y * (size_t)plan.tiles_z;
+  tile_plan plan = {.tiles_y = (s->grid->size[1] - 1) / NP_SWEEP_TILE_Y + 1,
+                    .tiles_z = (s->grid->size[2] - 1) / NP_SWEEP_TILE_Z + 1};
+  const size_t tiles = (size_t)plan.tiles_y * (size_t)plan.tiles_z, count = NP_OCTANT_PAIRS * tiles;
   plan.index = np_alloc(s->context, count, sizeof *plan.index);
+  plan.last = np_alloc(s->context, tiles, sizeof *plan.last);
   s->tiles = np_alloc(s->context, count, sizeof *s->tiles);
   s->waits = np_alloc(s->context, count, sizeof *s->waits);
-  const bool has_memory = plan.index && s->tiles && s->waits;
+  const bool has_memory = plan.index && plan.last && s->tiles && s->waits;
   if (has_memory) {
+    for (size_t i = 0; i < tiles; i++) plan.last[i] = NP_WAITS_NONE;
     append_tiles(s, &plan);
-    fill_waits(s, &plan);
   }
   np_alloc_free(s->context, plan.index);
+  np_alloc_free(s->context, plan.last);
   return has_memory ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 

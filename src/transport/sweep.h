@@ -9,8 +9,7 @@
 
 enum {
   NP_SWEEP_TILE_Y = 4, /* rows along y, and along z, that are swept in one go */
-  NP_SWEEP_TILE_Z = 2,
-  NP_SWEEP_PARTS = 2 /* sums, each of two pairs of octants with opposite light along y and z */
+  NP_SWEEP_TILE_Z = 2
 };
 
 /* Faces between rows, across y [k][i]; across z [j][i]; and, of wrapped axes, across x [k][j]: eight lanes each. */
@@ -21,7 +20,7 @@ typedef struct np_sweep_faces {
 /* Rows that are swept in one go, for a pair of octants. Tiles are numbered in the order of the light's direction. */
 typedef struct np_sweep_tile {
   uint8_t pair;
-  bool is_first; /* the opposite pair adds to the same sums later */
+  bool is_first; /* no other pair has come to these rows before */
   int32_t y, z;
 } np_sweep_tile;
 
@@ -38,7 +37,7 @@ typedef struct np_sweep {
   float *inverse_m[3];  /* 1/width of the cells along each axis; 0 where a cell's width does not matter to light */
   np_sweep_faces faces[NP_OCTANT_PAIRS];
   float *rows;                   /* scratch of each thread: of the cells along x, two octants' lanes */
-  float *out[NP_SWEEP_PARTS];    /* [active][harmonic], in the ordinates' order */
+  float *out;                    /* moments, [active][harmonic], in the ordinates' order */
   const float *source;           /* [active][harmonic]: moments of emitted and scattered light, per metre */
   const np_border_faces *border; /* radiance from outside */
   const np_column_light *ground; /* light from ground in or below a column [j][i]; NULL: none is near */
@@ -51,11 +50,7 @@ neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_t
                           const np_ordinates *ordinates, const np_cell_air *air, np_sweep *out);
 void np_sweep_clear(np_sweep *sweep);
 
-/* The part that a pair adds to. Bits of the pair are set where light goes down y, and down z. */
-static inline unsigned np_sweep_get_part(unsigned pair) { return (pair ^ pair >> 1) & 1u; }
-
-/* Sweeps all directions; the sum of `out` over the parts, in their order, are the moments. What leaves through a
- * wrapped side comes in through the other in the next sweep. */
+/* Sweeps all directions. What leaves through a wrapped side comes in through the other in the next sweep. */
 neph_result np_sweep_run(np_sweep *sweep);
 
 /* Irradiance that left the cells in the last sweep, down through their bottom or on ground within them, and up through

@@ -350,7 +350,7 @@ static void start_block(const np_sweep *sweep, const np_sweep_tile *tile, unsign
                        .harmonic = o->harmonic[pair][number],
                        .weighted = o->weighted[pair][number],
                        .row = (twin *)sweep->rows + (size_t)thread * (size_t)sweep->grid->size[0],
-                       .out = sweep->out[np_sweep_get_part(pair)]};
+                       .out = sweep->out};
   for (int a = 0; a < 3; a++) out->cosine[a] = *(const lanes *)o->cosine[a][number];
   for (unsigned turn = 0; turn < 2; turn++) out->flow[turn] = start_flow(sweep, pair, turn, number);
 }

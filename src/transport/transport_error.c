@@ -69,14 +69,14 @@ static const double other_bytes = 300.0;
 /* Unknowns of the diffusion equation, their links and vectors, on all of its grids. */
 static const double diffusion_bytes = 100.0;
 
-/* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */
+/* Vectors of moments: the solution, that of a sweep, and three bands kept as halves. */
 double np_transport_count_swept_bytes(unsigned degree) {
-  return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
+  return 3.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
 }
 
-/* Bytes for each cell while light is iterated: the source, six vectors of Anderson's method, the first band, a
- * sharpened copy, and the diffusion system. Coarser grids add a seventh. */
+/* Bytes for each cell while light is iterated: six vectors of Anderson's method, the first band, a sharpened copy, and
+ * the diffusion system. Coarser grids add a seventh. */
 double np_transport_count_iterated_bytes(unsigned degree) {
   return 8.0 / 7.0 *
-         (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));
+         (8.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));
 }

@@ -50,6 +50,11 @@ neph_result np_transport_level_allocate_starts(np_transport_level *level, bool h
   return level->first_phi && (level->change || !has_finer) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+void np_transport_level_drop(np_transport_level *level) {
+  np_alloc_free(level->grid.context, level->phi);
+  level->phi = NULL;
+}
+
 void np_transport_level_clear(np_transport_level *level) {
   np_diffusion_clear(&level->diffusion);
   np_alloc_free(level->grid.context, level->sun);
@@ -69,9 +74,8 @@ typedef struct iteration {
   const np_transport_lights *lights;
   const np_transport_level *level;
   const float *x;
-  float *image;
-  float *source; /* [active][harmonic], in the order of the ordinates; or where x is */
-  np_sweep sweep;
+  float *image, *source;         /* `source`: [active][harmonic], in the order of the ordinates; or where x is */
+  np_sweep sweep;                /* its result may be where the image is */
   double *column;                /* scratch; NULL: no column */
   np_diffusion *diffusion;       /* NULL: plain sweeps */
   const np_fixed_point *problem; /* the problem of which the sweeps are a part; NULL: a sweep stands alone */
@@ -98,16 +102,16 @@ static neph_result fill_source(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
-static neph_result add_parts(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result sort_moments(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const iteration *it = user;
   const unsigned count = np_harmonics_count(it->level->grid.degree);
   const unsigned char *place = it->lights->ordinates->place;
-  for (size_t active = begin; active < end; active++)
-    for (unsigned i = 0; i < count; i++) {
-      const size_t at = active * count + place[i];
-      it->image[active * count + i] = it->sweep.out[0][at] + it->sweep.out[1][at];
-    }
+  for (size_t active = begin; active < end; active++) {
+    float swept[NP_HARMONIC_COUNT_MAX], *image = it->image + active * count;
+    memcpy(swept, it->sweep.out + active * count, count * sizeof *swept);
+    for (unsigned i = 0; i < count; i++) image[i] = swept[place[i]];
+  }
   return NEPH_OK;
 }
 
@@ -121,7 +125,7 @@ static double sum_light(const iteration *it) {
   const size_t count = np_harmonics_count(it->level->grid.degree), first = it->lights->ordinates->place[0];
   double sum = 0.0;
   for (size_t active = 0; active < it->level->grid.active_count; active++)
-    sum += (double)(it->sweep.out[0][active * count + first] + it->sweep.out[1][active * count + first]);
+    sum += (double)it->sweep.out[active * count + first];
   return sum;
 }
 
@@ -142,16 +146,24 @@ static neph_result run_sweeps(iteration *it) {
   return NEPH_OK;
 }
 
-static neph_result map_moments(void *user, const float *x, float *out_image) {
-  iteration *it = user;
+/* Sweeps light from `x` into `swept`, from there into `image`; `source` may be x, and `swept` the image. */
+static neph_result sweep_moments(iteration *it, const float *x, float *source, float *swept, float *image) {
   const np_transport_lights *lights = it->lights;
-  const np_transport_grid *g = &it->level->grid;
+  const size_t cells = it->level->grid.active_count;
   it->x = x;
-  it->image = out_image;
-  neph_result result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, fill_source, it);
+  it->image = image;
+  it->sweep.source = it->source = source;
+  it->sweep.out = swept;
+  neph_result result = np_parallel_for(lights->context, lights->monitor, cells, CHUNK, fill_source, it);
   if (!result) result = run_sweeps(it);
-  if (!result) result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, add_parts, it);
-  if (!result && it->column) np_column_balance(lights, it->level, it->column, out_image);
+  if (!result) result = np_parallel_for(lights->context, lights->monitor, cells, CHUNK, sort_moments, it);
+  if (!result && it->column) np_column_balance(lights, it->level, it->column, image);
+  return result;
+}
+
+static neph_result map_moments(void *user, const float *x, float *scratch, float *out_image) {
+  iteration *it = user;
+  const neph_result result = sweep_moments(it, x, scratch, out_image, out_image);
   if (!result && it->diffusion && !it->problem->is_stalled) np_diffusion_correct(it->diffusion, x, out_image);
   return result;
 }
@@ -161,26 +173,19 @@ static void clear_iteration(iteration *it) {
   np_sweep_clear(&it->sweep);
 }
 
-/* Sweeps get a source of their own, or one in the place of `phi`; `vectors` like `phi` are left in the workspace for
- * others. On failure nothing is left. */
-static neph_result start_iteration(const np_transport_lights *lights, np_transport_level *level, bool has_own_source,
-                                   unsigned vectors, iteration *out) {
+/* The workspace gets `vectors` like `phi`. On failure nothing is left. */
+static neph_result start_iteration(const np_transport_lights *lights, np_transport_level *level, unsigned vectors,
+                                   iteration *out) {
   neph_context *context = lights->context;
   const np_transport_grid *g = &level->grid;
   const bool is_column = np_transport_grid_is_column(g);
   *out = (iteration){.lights = lights, .level = level};
   neph_result result = np_sweep_init(context, lights->monitor, g, lights->ordinates, &level->air, &out->sweep);
   if (result) return result;
-  const size_t floats = count_moments(g);
-  const unsigned blocks = NP_SWEEP_PARTS + (has_own_source ? 1 : 0);
-  result = np_workspace_begin(lights->workspace, floats * (blocks + vectors), blocks + 1);
+  result = np_workspace_begin(lights->workspace, count_moments(g) * vectors, vectors);
   if (!result && is_column) out->column = np_alloc(context, g->active_count, NP_COLUMN_SCRATCH * sizeof *out->column);
   if (!result && is_column && !out->column) result = NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return clear_iteration(out), result;
-  for (unsigned part = 0; part < NP_SWEEP_PARTS; part++)
-    out->sweep.out[part] = np_workspace_take(lights->workspace, floats);
-  out->source = has_own_source ? np_workspace_take(lights->workspace, floats) : level->phi;
-  out->sweep.source = out->source;
   out->sweep.border = lights->border;
   out->sweep.ground = level->ground;
   return NEPH_OK;
@@ -199,7 +204,7 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
   const unsigned depth =
       np_transport_grid_is_column(&level->grid) ? 1 : np_transport_level_get_depth((double)moments, effort->tolerance);
   iteration it;
-  neph_result result = start_iteration(lights, level, true, 2 * depth, &it);
+  neph_result result = start_iteration(lights, level, 2 * depth, &it);
   if (result) return result;
   np_fixed_point problem = {.context = lights->context,
                             .monitor = lights->monitor,
@@ -228,9 +233,12 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
 
 neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, bool has_budget) {
   iteration it;
-  neph_result result = start_iteration(lights, level, has_budget, 0, &it);
+  neph_result result = start_iteration(lights, level, has_budget ? 2 : 1, &it);
   if (result) return result;
-  result = map_moments(&it, level->phi, level->phi);
+  const size_t moments = count_moments(&level->grid);
+  float *swept = np_workspace_take(lights->workspace, moments);
+  float *source = has_budget ? np_workspace_take(lights->workspace, moments) : level->phi;
+  result = sweep_moments(&it, level->phi, source, swept, level->phi);
   clear_iteration(&it);
   return result == NEPH_ERROR_CANCELLED && np_monitor_is_cut(lights->monitor) ? NEPH_OK : result;
 }

@@ -34,6 +34,9 @@ typedef struct np_transport_lights {
 neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting);
 void np_transport_level_clear(np_transport_level *level);
 
+/* Frees the solution, which no other band needs. */
+void np_transport_level_drop(np_transport_level *level);
+
 /* Allocates the starts of further bands. `has_finer`: a finer grid starts from this one. */
 neph_result np_transport_level_allocate_starts(np_transport_level *level, bool has_finer);
 
