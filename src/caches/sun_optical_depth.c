@@ -5,11 +5,14 @@
 #include <assert.h>
 
 #include "core/alloc.h"
+#include "core/half.h"
 #include "core/isa.h"
 #include "core/stable.h"
 #include "core/units.h"
 #include "volume/brick_walk.h"
 #include "volume/tracking.h"
+
+enum { FINE_NODES = NP_SUN_FINE_EDGE + 1 };
 
 /* ---- Kernels ---- */
 
@@ -114,7 +117,7 @@ static double bound_bytes(const np_sun_optical_depth *cache, const np_world *wor
     const double cells = 1.5 * (double)volume->bricks->brick_count / (coarsening * coarsening * coarsening);
     if (lattice.size[0] == 0) continue;
     bytes += (double)count_cells(&lattice) * sizeof(uint32_t) +
-             cells * (NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * sizeof(float));
+             cells * (NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * sizeof(uint16_t));
   }
   return bytes;
 }
@@ -175,7 +178,8 @@ static lattice_fill start_fill(np_sun_optical_depth *cache, const np_world *worl
 
 static np_sun_column start_column(const lattice_fill *f, size_t n, unsigned thread) {
   const np_sun_lattice *l = f->lattice;
-  return (np_sun_column){.volume = f->volume,
+  return (np_sun_column){.context = f->cache->context,
+                         .volume = f->volume,
                          .lattice = l,
                          .desc = f->desc,
                          .depth_end = f->cache->depth_end,
@@ -185,17 +189,27 @@ static np_sun_column start_column(const lattice_fill *f, size_t n, unsigned thre
                          .cells = l->cells + n * (size_t)l->size[2]};
 }
 
+/* Encodes a cell's nodes. Depths beyond the halves' largest are as dark. */
+static void encode_nodes(const np_sun_column *column, float *depths, size_t count, uint16_t *out) {
+  for (size_t i = 0; i < count; i++) depths[i] = np_minf(depths[i], 65504.0f);
+  np_half_encode(neph_context_get_isa(column->context), depths, count, 1.0f, out);
+}
+
 /* Copies the nodes of each cell from the rays, at its level, to `nodes`. */
-static void copy_nodes(const np_sun_column *column, float *nodes) {
+static void copy_nodes(const np_sun_column *column, uint16_t *nodes) {
   const size_t count = (size_t)column->lattice->size[2] * NP_SUN_CELL_EDGE + 1;
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
     if (!np_sun_cell_keeps(column->cells[k])) continue;
     const unsigned stride = 1u << (np_sun_cell_get_level(column->cells[k]) - 1);
     const float *first = column->rays + (size_t)k * NP_SUN_CELL_EDGE;
+    float depths[NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * NP_SUN_CELL_NODES];
+    size_t copied = 0;
     for (unsigned i = 0; i < NP_SUN_CELL_NODES; i += stride)
       for (unsigned j = 0; j < NP_SUN_CELL_NODES; j += stride)
         for (unsigned n = 0; n < NP_SUN_CELL_NODES; n += stride)
-          *nodes++ = first[(size_t)(i * NP_SUN_CELL_NODES + j) * count + n];
+          depths[copied++] = first[(size_t)(i * NP_SUN_CELL_NODES + j) * count + n];
+    encode_nodes(column, depths, copied, nodes);
+    nodes += copied;
   }
 }
 
@@ -224,16 +238,18 @@ static float sharpen(const float *node, size_t stride, size_t n) {
 }
 
 /* Copies the nodes of refined cells from the fine rays. */
-static void copy_fine_nodes(const np_sun_column *column, float *nodes) {
+static void copy_fine_nodes(const np_sun_column *column, uint16_t *nodes) {
   const size_t stride = np_sun_column_count_fine(column);
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
     if (!np_sun_cell_keeps(column->cells[k]) || np_sun_cell_get_level(column->cells[k]) > 0) continue;
     const float *first = np_sun_column_get_fine(column, k);
-    float *out = nodes + (column->cells[k] >> NP_SUN_CELL_LEVEL_BITS);
+    float depths[FINE_NODES * FINE_NODES * FINE_NODES];
+    size_t copied = 0;
     for (size_t i = 0; i <= NP_SUN_FINE_EDGE; i++)
       for (size_t j = 0; j <= NP_SUN_FINE_EDGE; j++)
         for (size_t n = 0; n <= NP_SUN_FINE_EDGE; n++)
-          *out++ = sharpen(first + (i * NP_SUN_FINE_RAYS + j) * stride + n, stride, n);
+          depths[copied++] = sharpen(first + (i * NP_SUN_FINE_RAYS + j) * stride + n, stride, n);
+    encode_nodes(column, depths, copied, nodes + (column->cells[k] >> NP_SUN_CELL_LEVEL_BITS));
   }
 }
 
@@ -253,7 +269,7 @@ static neph_result refine_columns(void *user, size_t begin, size_t end, unsigned
     f->kernel(&column);
     assert(column.node_count >= before);
     if (column.node_count == before) continue;
-    float *nodes = np_alloc_resize(f->cache->context, l->nodes[n], column.node_count, sizeof *nodes);
+    uint16_t *nodes = np_alloc_resize(f->cache->context, l->nodes[n], column.node_count, sizeof *nodes);
     if (!nodes) return NEPH_ERROR_OUT_OF_MEMORY;
     l->nodes[n] = nodes;
     copy_fine_nodes(&column, nodes);
@@ -362,7 +378,7 @@ neph_result np_sun_optical_depth_build(neph_context *context, const np_world *wo
   neph_result result = place_all(out, world, desc);
   np_monitor_set_stage(monitor, "computing sun optical depth");
   if (!result) result = fill_lattices(out, world, desc, false, monitor);
-  const size_t fine_bytes = np_sun_level_count_nodes(0) * sizeof(float);
+  const size_t fine_bytes = np_sun_level_count_nodes(0) * sizeof(uint16_t);
   if (!result && out->steep_cells > 0 && out->bytes + out->steep_cells * fine_bytes <= desc->bytes_max)
     result = fill_lattices(out, world, desc, true, monitor);
   if (result)

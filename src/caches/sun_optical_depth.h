@@ -24,6 +24,8 @@
 #ifndef NP_CACHES_SUN_OPTICAL_DEPTH_H
 #define NP_CACHES_SUN_OPTICAL_DEPTH_H
 
+#include <string.h>
+
 #include "core/disk_cache.h"
 #include "volume/places.h"
 #include "world/world.h"
@@ -54,9 +56,9 @@ typedef struct np_sun_lattice {
   np_affine world_to_lattice, lattice_to_world; /* maps between world and steps of the lattice */
   int32_t size[3];                              /* cells; 0: no lattice */
   double spacing_m;
-  uint32_t *cells;  /* t fastest, then v */
-  float **nodes;    /* nodes of each column of cells along t: cell by cell, t fastest, then v */
-  float *all_nodes; /* nodes of all columns of a lattice read from disk, in one block; else NULL */
+  uint32_t *cells;     /* t fastest, then v */
+  uint16_t **nodes;    /* halves of each column of cells along t: cell by cell, t fastest, then v */
+  uint16_t *all_nodes; /* nodes of all columns of a lattice read from disk, in one block; else NULL */
 } np_sun_lattice;
 
 /* A place of a cloud, which uses the lattice of another place with the sun on the same side. */
@@ -72,9 +74,9 @@ typedef struct np_sun_optical_depth_desc {
   size_t bytes_max; /* memory limit, above which lattices are coarsened */
 } np_sun_optical_depth_desc;
 
-/* Error of 1 % of the light in full sun; half a gigabyte. */
+/* Error of 1 % of the light in full sun; a quarter of a gigabyte. */
 #define NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT                                                                              \
-  { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
+  { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 28 }
 
 /* Error of e^{−depth}, in tolerances, above which a cell has no nodes. */
 #define NP_SUN_STEEP_TOLERANCES 5.0f
@@ -130,6 +132,7 @@ np_sun_optical_depth_source np_sun_optical_depths_get_source(const np_sun_optica
 /* ---- Inside: one column of cells ---- */
 
 typedef struct np_sun_column {
+  neph_context *context;
   const np_instance *volume;
   const np_sun_lattice *lattice;
   const np_sun_optical_depth_desc *desc;
@@ -138,7 +141,7 @@ typedef struct np_sun_column {
   int32_t at[2];
   float *rays;       /* scratch: the 9 × 9 rays of the column, each with every node along t */
   uint32_t *cells;   /* output: cells of the column */
-  size_t node_count; /* output: floats that the cells store; for a refined cell, added to it */
+  size_t node_count; /* output: nodes that the cells store; for a refined cell, added to it */
 } np_sun_column;
 
 /* Number of nodes that a cell of a level stores. */
@@ -159,7 +162,20 @@ static inline float *np_sun_column_get_fine(const np_sun_column *column, int32_t
 
 /* ---- Look-up ---- */
 
-static inline float np_sun_nodes_mix(const float *nodes, unsigned level, float u, float v, float t) {
+/* Depth of a node, a finite half; subnormal ones, below 6.1e-5, may count as 0. Without branches, for levels without
+ * F16C. */
+static inline float np_sun_node_decode(uint16_t half) {
+  const uint32_t bits = (uint32_t)(half & 0x8000u) << 16 | (uint32_t)(half & 0x7fffu) << 13;
+  float shrunk;
+  memcpy(&shrunk, &bits, sizeof shrunk);
+  return shrunk * 0x1p112f;
+}
+
+static inline float np_sun_nodes_mix_pair(const uint16_t *nodes, float t) {
+  return np_mixf(np_sun_node_decode(nodes[0]), np_sun_node_decode(nodes[1]), t);
+}
+
+static inline float np_sun_nodes_mix(const uint16_t *nodes, unsigned level, float u, float v, float t) {
   const int32_t last = NP_SUN_FINE_EDGE >> level, count = last + 1;
   const float scale = 2.0f / (float)(1u << level);
   const float place[3] = {u * scale, v * scale, t * scale};
@@ -170,10 +186,10 @@ static inline float np_sun_nodes_mix(const float *nodes, unsigned level, float u
     lower[a] = i < last ? i : last - 1;
     w[a] = np_clampf(place[a] - (float)lower[a], 0.0f, 1.0f);
   }
-  const float *n = nodes + (lower[0] * count + lower[1]) * count + lower[2];
-  const float *m = n + count * count;
-  const float a = np_mixf(np_mixf(n[0], n[1], w[2]), np_mixf(n[count], n[count + 1], w[2]), w[1]);
-  const float b = np_mixf(np_mixf(m[0], m[1], w[2]), np_mixf(m[count], m[count + 1], w[2]), w[1]);
+  const uint16_t *n = nodes + (lower[0] * count + lower[1]) * count + lower[2];
+  const uint16_t *m = n + count * count;
+  const float a = np_mixf(np_sun_nodes_mix_pair(n, w[2]), np_sun_nodes_mix_pair(n + count, w[2]), w[1]);
+  const float b = np_mixf(np_sun_nodes_mix_pair(m, w[2]), np_sun_nodes_mix_pair(m + count, w[2]), w[1]);
   return np_maxf(np_mixf(a, b, w[0]), 0.0f);
 }
 
@@ -226,7 +242,7 @@ static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end,
     if (cell == NP_SUN_CELL_EMPTY) continue;
     if (cell == NP_SUN_CELL_DARK) return depth_end;
     if (cell == NP_SUN_CELL_STEEP) return NP_SUN_OPTICAL_DEPTH_UNKNOWN;
-    const float *nodes = l->nodes[column] + (cell >> NP_SUN_CELL_LEVEL_BITS);
+    const uint16_t *nodes = l->nodes[column] + (cell >> NP_SUN_CELL_LEVEL_BITS);
     return np_sun_nodes_mix(nodes, np_sun_cell_get_level(cell), (float)(u - (double)i * NP_SUN_CELL_EDGE),
                             (float)(v - (double)j * NP_SUN_CELL_EDGE), (float)(t - (double)k * NP_SUN_CELL_EDGE));
   }

@@ -26,7 +26,7 @@ static bool is_sound(const lattice_header *h) {
 
 static size_t count_columns(const np_sun_lattice *l) { return (size_t)l->size[0] * (size_t)l->size[1]; }
 
-/* Number of floats in a column, up to the last node of its cells. */
+/* Number of nodes in a column, up to the last node of its cells. */
 static size_t count_column_nodes(const np_sun_lattice *l, size_t column) {
   const uint32_t *cells = l->cells + column * (size_t)l->size[2];
   size_t count = 0;
@@ -79,7 +79,7 @@ static bool load_columns(neph_context *context, np_cache_entry *entry, np_sun_la
   if (!l->nodes) return false;
   size_t all = 0;
   for (size_t n = 0; n < columns; n++) all += count_column_nodes(l, n);
-  float *next = l->all_nodes = np_cache_read_floats(entry, all);
+  uint16_t *next = l->all_nodes = np_cache_read_halves(entry, all);
   for (size_t n = 0; n < columns && next; n++) {
     const size_t count = count_column_nodes(l, n);
     l->nodes[n] = count > 0 ? next : NULL;

@@ -27,8 +27,8 @@
   X(CAMERA_SKY, "skies of the camera", 0.043, 3.17e+06) \
   X(SKY, "skies of clouds and water", 0.0689, 0) \
   X(EMITTER, "grids of emission", 0.2, 0) \
-  X(SUN_VOXEL, "thin voxels of sun optical depth", 5e-08, 50) \
-  X(STEEP_SUN_VOXEL, "steep voxels of sun optical depth", 1.87e-07, 49.3) \
+  X(SUN_VOXEL, "thin voxels of sun optical depth", 5e-08, 25) \
+  X(STEEP_SUN_VOXEL, "steep voxels of sun optical depth", 1.87e-07, 25) \
   X(CELL, "cells of multiple scattering", 2.37e-06, 0) \
   X(CELL_SWEEP, "directions times moments times cells of sweeps", 3.25e-10, 0) \
   X(LAST_SWEEP, "directions times moments times cells of sweeps that resolve", 2.8e-10, 0) \

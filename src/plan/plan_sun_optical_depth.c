@@ -106,8 +106,8 @@ static bool is_sequence_of_still_clouds(const neph_scene *scene) {
   return is_still && is_numbered(scene->output.image);
 }
 
-/* Nodes of the lattice that hold a depth: their bytes for a voxel with cloud, 18 to 100 in five scenes. */
-static const double voxel_bytes = 50.0;
+/* Nodes of the lattice that hold a depth: their bytes for a voxel with cloud, 9 to 50 in five scenes. */
+static const double voxel_bytes = 25.0;
 
 void np_stage_count_sun_optical_depth(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
