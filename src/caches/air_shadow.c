@@ -168,7 +168,7 @@ static void add_cell(const ray_cell *c, const ray_change *change, np_spectrum st
   const float before = np_spectrum_mean(sums->straight), length = np_spectrum_mean(straight);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float half = np_minf(0.5f * straight.band[b], NP_STRAIGHT_DEPTH_MAX), lost = change->lost.band[b];
-    const float handed = expm1f(sums->straight.band[b] + half), whole = np_minf(lost + change->other.band[b], 0.0f);
+    const float handed = np_growth(sums->straight.band[b] + half), whole = np_minf(lost + change->other.band[b], 0.0f);
     sums->change.lost.band[b] += lost + handed * (whole - c->shaded * c->first.band[b]);
     sums->change.other.band[b] += change->other.band[b];
     sums->straight.band[b] = np_minf(sums->straight.band[b] + straight.band[b], NP_STRAIGHT_DEPTH_MAX);
@@ -188,7 +188,7 @@ static np_air_part keep_part(const ray_sums *sums, const air_sums *air, np_spect
   np_air_part out = {.other = sums->change.other, .covered = keep_share(open * sums->shaded)};
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float all = air->all.band[b], per = all > 0.0f ? 1.0f / all : 0.0f;
-    const float ahead = np_minf(expm1f(sums->straight.band[b]) * behind.band[b], all - air->first.band[b]);
+    const float ahead = np_minf(np_growth(sums->straight.band[b]) * behind.band[b], all - air->first.band[b]);
     out.lost[b] = keep_share(-per * sums->change.lost.band[b]);
     out.ahead[b] = keep_share(per * ahead);
     out.straight[b] = keep_share(sums->straight.band[b] / NP_STRAIGHT_DEPTH_MAX);
@@ -349,8 +349,6 @@ static float mix_losses(float near, float far, float part, bool is_past) {
   return near * far / np_mixf(far, near, part);
 }
 
-static float get_loss(uint16_t visible) { return 1.0f - (float)visible / NP_AIR_SHADOW_UNIT; }
-
 /* Position of a ray in the grid, in nodes: by its direction in a plane, after the lens. */
 static void compute_node(const np_air_rays *r, const np_view_ray *view, float out[2]) {
   const float depth = np_maxf(np_vec3_dot(view->direction, r->forward), 1e-6f);
@@ -374,30 +372,51 @@ static void locate(const np_air_rays *r, const np_view_ray *view, int32_t out_lo
   }
 }
 
-/* A kept share between two planes. */
-static float mix_shares(uint16_t near, uint16_t far, float part) {
-  return np_mixf((float)near, (float)far, part) / NP_AIR_SHADOW_UNIT;
+/* A kept share between two planes, in units. */
+static float mix_units(uint16_t near, uint16_t far, float part) { return np_mixf((float)near, (float)far, part); }
+
+static const float share_per_unit = 1.0f / NP_AIR_SHADOW_UNIT;
+
+enum { CORNERS = 4 };
+
+/* Haze before the end of a ray, which scatters the end's light straight on: at the corners around the ray. */
+typedef struct end_haze {
+  float weight[CORNERS], depth[CORNERS * NP_BAND_COUNT];
+} end_haze;
+
+/* Fills a corner, and adds what the end hides of the light behind it. Ground ends the node's ray before the last of its
+ * planes. */
+static void add_end(const np_air_shadow *shadow, size_t node, int plane, float part, np_ray_end end, int corner,
+                    end_haze *haze, np_air_change *sum) {
+  const np_air_part *near = &shadow->parts[node * PLANES + (size_t)plane], *far = near + 1;
+  const bool is_ground = end == NP_RAY_END_GROUND;
+  haze->weight[corner] *=
+      is_ground ? shadow->ground_share[node] : share_per_unit * mix_units(near->covered, far->covered, part);
+  if (is_ground) near = far = &shadow->parts[node * PLANES + PLANES - 1];
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    haze->depth[corner * NP_BAND_COUNT + b] =
+        NP_STRAIGHT_DEPTH_MAX * share_per_unit * mix_units(near->straight[b], far->straight[b], part);
+    sum->higher_share.band[b] += haze->weight[corner] * mix_units(near->ahead[b], far->ahead[b], part);
+  }
 }
 
-/* Adds the change between two planes of a node, `part` of the way from the nearer. Ground ends the node's ray before
- * the last of its planes. */
-static void add_parts(const np_air_shadow *shadow, size_t node, int plane, float part, float weight, np_ray_end end,
+static np_spectrum sum_passed(const end_haze *haze) {
+  float growth[CORNERS * NP_BAND_COUNT];
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (int i = 0; i < CORNERS * NP_BAND_COUNT; i++) growth[i] = np_growth(haze->depth[i]);
+  for (int i = 0; i < CORNERS * NP_BAND_COUNT; i++)
+    sum.band[i % NP_BAND_COUNT] += haze->weight[i / NP_BAND_COUNT] * growth[i];
+  return sum;
+}
+
+/* Adds the change between two planes of a node, `part` of the way from the nearer, losses in units. */
+static void add_parts(const np_air_shadow *shadow, size_t node, int plane, float part, float weight,
                       np_air_change *sum) {
   const np_air_part *near = &shadow->parts[node * PLANES + (size_t)plane], *far = near + 1;
-  const float share = end == NP_RAY_END_CLOUD    ? mix_shares(near->covered, far->covered, part)
-                      : end == NP_RAY_END_GROUND ? shadow->ground_share[node]
-                                                 : 0.0f;
   const bool is_past = plane >= CELLS - 1;
   sum->other = np_spectrum_add_scaled(sum->other, weight, np_spectrum_mix(near->other, far->other, part));
-  const np_air_part *last = &shadow->parts[node * PLANES + PLANES - 1];
-  const np_air_part *from = end == NP_RAY_END_GROUND ? last : near, *to = end == NP_RAY_END_GROUND ? last : far;
-  for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float lost = mix_losses((float)near->lost[b], (float)far->lost[b], part, is_past) / NP_AIR_SHADOW_UNIT,
-                ahead = mix_shares(from->ahead[b], to->ahead[b], part),
-                straight = NP_STRAIGHT_DEPTH_MAX * mix_shares(from->straight[b], to->straight[b], part);
-    sum->higher_share.band[b] += weight * (lost + share * ahead);
-    if (share > 0.0f) sum->passed.band[b] += weight * share * expm1f(straight);
-  }
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    sum->higher_share.band[b] += weight * mix_losses((float)near->lost[b], (float)far->lost[b], part, is_past);
 }
 
 np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *view, double distance_m,
@@ -413,7 +432,8 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
   const float begun = (float)fmin(distance_m / np_air_rays_get_plane(v->reach_m, 0), 1.0);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
   np_air_change sum = {.lost_share = {{0.0f}}};
-  for (int corner = 0; corner < 4; corner++) {
+  end_haze haze;
+  for (int corner = 0; corner < CORNERS; corner++) {
     const int i = corner & 1, j = corner >> 1;
     const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
     const size_t first = node * PLANES + (size_t)plane;
@@ -421,11 +441,15 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
         (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * compute_weight(v->ground_m[node], within);
     const uint16_t *near = shadow->visible_fraction[first], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
-      sum.lost_share.band[b] += weight * mix_losses(get_loss(near[b]), get_loss(far[b]), along, is_past);
-    if (shadow->parts) add_parts(shadow, node, plane, along, weight * begun, end, &sum);
+      sum.lost_share.band[b] +=
+          weight * mix_losses(NP_AIR_SHADOW_UNIT - (float)near[b], NP_AIR_SHADOW_UNIT - (float)far[b], along, is_past);
+    if (shadow->parts) add_parts(shadow, node, plane, along, weight * begun, &sum);
+    haze.weight[corner] = weight * begun;
+    if (shadow->parts && end != NP_RAY_END_NONE) add_end(shadow, node, plane, along, end, corner, &haze, &sum);
     weights += weight;
   }
-  const float all = 1.0f / weights;
-  return (np_air_change){np_spectrum_scale(sum.lost_share, all), np_spectrum_scale(sum.higher_share, all),
+  if (shadow->parts && end != NP_RAY_END_NONE) sum.passed = sum_passed(&haze);
+  const float all = 1.0f / weights, per_unit = all * share_per_unit;
+  return (np_air_change){np_spectrum_scale(sum.lost_share, per_unit), np_spectrum_scale(sum.higher_share, per_unit),
                          np_spectrum_scale(sum.other, all), np_spectrum_scale(sum.passed, all)};
 }
