@@ -39,7 +39,7 @@ static cli_exit run_command_line(int argc, char **argv) {
 
 int main(int argc, char **argv) {
   cli_ignore_size_signal();
-  cli_save_address_space();
+  cli_save_memory();
   if (cli_open_streams()) return run_command_line(argc, argv);
   cli_complain("/dev/null cannot be opened in place of a closed standard stream: %s", strerror(errno));
   return CLI_IO;

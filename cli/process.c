@@ -39,7 +39,11 @@ static void catch_signal(int number) {
 
 void cli_ignore_size_signal(void) { signal(SIGXFSZ, SIG_IGN); }
 
-void cli_save_address_space(void) {
+void cli_save_memory(void) {
+#ifdef M_MMAP_THRESHOLD
+  enum { LARGE = 4 << 20 };
+  (void)mallopt(M_MMAP_THRESHOLD, LARGE);
+#endif
 #ifdef M_ARENA_MAX
   struct rlimit limit;
   if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY) (void)mallopt(M_ARENA_MAX, 1);

@@ -13,9 +13,10 @@ bool cli_open_streams(void);
 /* Ignores SIGXFSZ: a file that would exceed the limit on its size is a failed write, as on a full disk. */
 void cli_ignore_size_signal(void);
 
-/* Lets all threads allocate from one arena where address space is limited (ulimit -v): each arena of glibc takes 64 MB
- * of it, whatever is in use. Call it before the first thread starts. */
-void cli_save_address_space(void);
+/* Returns large blocks to the system as they are freed: by default glibc keeps those of up to 32 MB. Where address
+ * space is limited (ulimit -v), lets all threads allocate from one arena: each takes 64 MB of it, whatever is in use.
+ * Call it before the first thread starts. */
+void cli_save_memory(void);
 
 /* Installs handlers: SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGPIPE stop the work at its next progress callback. A second
  * signal of a kind ends the process at once, except for SIGPIPE, which comes with each message without a reader, and
