@@ -75,6 +75,40 @@ static void squares_land_where_they_should(void **state) {
   free(path);
 }
 
+/* A plain with a rim of 1 km, which goes on beyond it. */
+static int make_bowl(unsigned column, unsigned row) {
+  return column < 6 || row < 6 || column > 1194 || row > 1194 ? 1000 : 0;
+}
+
+/* Snow on the land beyond the rim, until that falls below 500 m half-way between 50 and 250 km from there, lights the
+ * air by the share of its light that comes from so far; where the field fades at the border, none does. */
+static void the_air_is_lit_by_land_beyond(void **state) {
+  enum { ANGLES = 3600 };
+  test_fixture *f = *state;
+  char *path = test_hgt_write(f->folder, "N44W072.hgt", 1201, make_bowl);
+  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  desc.has_snow = true;
+  desc.snow_level_m = 500.0;
+  neph_terrain *terrain = NULL;
+  assert_int_equal(neph_terrain_load(f->context, path, &desc, &terrain), NEPH_OK);
+  const double degree_m = 6360e3 * NP_DEGREE, half[2] = {0.5 * degree_m * cos(44.5 * NP_DEGREE), 0.5 * degree_m};
+  double snow = 0.0;
+  for (int i = 0; i < ANGLES; i++) {
+    const double angle = 2.0 * NP_PI * (i + 0.5) / ANGLES;
+    const double rim_m = fmin(half[0] / fabs(cos(angle)), half[1] / fabs(sin(angle)));
+    snow += (8e3 / hypot(8e3, rim_m) - 8e3 / hypot(8e3, rim_m + 150e3)) / ANGLES;
+  }
+  const double mean = np_terrain_get_mean_albedo(terrain)[1], bright = desc.snow_albedo[1];
+  assert_true(snow > 0.1 && mean < 0.3);
+  assert_near(np_terrain_get_air_albedo(terrain)[1] - mean, snow * (bright - mean), 0.02);
+  neph_terrain_release(terrain);
+  desc.edge = NEPH_TERRAIN_EDGE_FADE;
+  assert_int_equal(neph_terrain_load(f->context, path, &desc, &terrain), NEPH_OK);
+  assert_true(np_terrain_get_air_albedo(terrain)[1] == np_terrain_get_mean_albedo(terrain)[1]);
+  neph_terrain_release(terrain);
+  free(path);
+}
+
 /* Half-way between two texels a picture is their mean. */
 static void pictures_are_bilinear(void **state) {
   test_fixture *f = *state;
@@ -274,6 +308,7 @@ static void water_covers_what_is_below_its_level(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(squares_land_where_they_should),
+      TEST(the_air_is_lit_by_land_beyond),
       TEST(pictures_are_bilinear),
       TEST(png_is_srgb),
       TEST(slopes_are_rock_and_heights_snow),

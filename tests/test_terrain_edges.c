@@ -5,6 +5,8 @@
 #include <png.h>
 #include <string.h>
 
+#include "terrain/terrain_surroundings.h"
+
 /* ---- Edges ---- */
 
 static int stand_high(unsigned column, unsigned row) { return (void)column, (void)row, 800; }
@@ -207,12 +209,51 @@ static void colors_that_are_none_are_refused(void **state) {
   free(path);
 }
 
+static int make_plateau(unsigned column, unsigned row) { return (void)column, (void)row, 100; }
+
+/* A plateau of one degree that fades over the outer 5 % of its sides: water below its level covers what lies beyond the
+ * middle of that border, from where the air has 8 km/√((8 km)² + r²) of its light. */
+static void water_lies_around_a_plateau(void **state) {
+  enum { ANGLES = 3600 };
+  test_fixture *f = *state;
+  neph_terrain *terrain = make_tile(f, make_plateau);
+  const double degree_m = radius_m * NP_DEGREE, half[2] = {0.475 * degree_m * cos(44.5 * NP_DEGREE), 0.475 * degree_m};
+  double beyond = 0.0;
+  for (int i = 0; i < ANGLES; i++) {
+    const double angle = 2.0 * NP_PI * (i + 0.5) / ANGLES;
+    const double away_m = fmin(half[0] / fabs(cos(angle)), half[1] / fabs(sin(angle)));
+    beyond += 8e3 / hypot(8e3, away_m) / ANGLES;
+  }
+  assert_near(np_terrain_measure_water(terrain, 50.0), beyond, 0.01);
+  assert_near(np_terrain_measure_water(terrain, 150.0), 1.0, 0.0);
+  const np_vec3 to_sun = np_vec3_normalize(np_vec3_make(0.0f, 1.0f, 0.5f));
+  assert_near(np_terrain_measure_glint(terrain, 150.0, to_sun), 1.0, 0.0);
+  assert_true(np_terrain_measure_glint(terrain, 50.0, to_sun) < 0.1); /* that along the northern border has it */
+  neph_terrain_release(terrain);
+}
+
+static int make_ridge(unsigned column, unsigned row) { return (void)column, row > 590 && row < 610 ? 3000 : 0; }
+
+/* A ridge of 3 km from west to east before a sun in the north, 10° high, shades 17 km of water to its south; air 100,
+ * 500 and 2000 m above them, and as far beyond as it sees the sun ahead of itself in the water, lacks the glint. */
+static void a_ridge_hides_the_glint(void **state) {
+  test_fixture *f = *state;
+  neph_terrain *terrain = make_tile(f, make_ridge);
+  const double high = 10.0 * NP_DEGREE;
+  const np_vec3 north = np_vec3_make(0.0f, (float)cos(high), (float)sin(high));
+  const double hidden_m = (3000.0 + (100.0 + 500.0 + 2000.0) / 3.0) / tan(high);
+  assert_near(np_terrain_measure_glint(terrain, 1.0, north), 1.0 - hidden_m / (radius_m * NP_DEGREE), 0.06);
+  neph_terrain_release(terrain);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(a_plateau_goes_on_to_the_horizon),
       TEST(relief_goes_on_behind_the_border),
       TEST(a_border_at_sea_level_fades),
       TEST(a_wall_stands_at_the_border),
+      TEST(water_lies_around_a_plateau),
+      TEST(a_ridge_hides_the_glint),
       TEST(raw_samples_are_read_by_type_and_order),
       TEST(raw_samples_of_another_size_are_refused),
       TEST(colors_stand_for_heights),

@@ -91,10 +91,7 @@ neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosph
   return NEPH_OK;
 }
 
-void np_atmosphere_set_water(neph_atmosphere *atmosphere, const np_water *water) {
-  atmosphere->is_over_water = true;
-  atmosphere->water = *water;
-}
+void np_atmosphere_set_sea(neph_atmosphere *atmosphere, const np_sea *sea) { atmosphere->sea = *sea; }
 
 neph_atmosphere *neph_atmosphere_retain(neph_atmosphere *atmosphere) {
   if (atmosphere) atomic_fetch_add(&atmosphere->references, 1);
@@ -117,6 +114,8 @@ void neph_atmosphere_release(neph_atmosphere *atmosphere) {
 neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere) { return atmosphere->context; }
 
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere) { return &atmosphere->desc; }
+
+float np_atmosphere_get_glint(const neph_atmosphere *atmosphere) { return atmosphere->sea.glint; }
 
 double np_atmosphere_compute_haze(const neph_atmosphere *atmosphere) {
   double depth = 0.0;

@@ -15,6 +15,9 @@ neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere);
 /* Description of the atmosphere, valid during its lifetime. */
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere);
 
+/* Share of the air above land that has the sun's glint on the water around, where there is any (sea.h). */
+float np_atmosphere_get_glint(const neph_atmosphere *atmosphere);
+
 /* Vertical optical depth of scattering by all aerosols in the second band. */
 double np_atmosphere_compute_haze(const neph_atmosphere *atmosphere);
 

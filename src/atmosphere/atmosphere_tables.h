@@ -7,8 +7,8 @@
 
 #include "atmosphere/atmosphere_private.h"
 #include "atmosphere/medium.h"
+#include "atmosphere/sea.h"
 #include "atmosphere/sky_trace.h"
-#include "optics/water.h"
 
 struct neph_atmosphere {
   neph_context *context;
@@ -24,8 +24,7 @@ struct neph_atmosphere {
   np_moment_table dome_moments; /* moments of order_max − 2 orders; absent for none, and for unlimited orders */
   np_gather_kernel kernel;
   np_air_shells air_shells;
-  bool is_over_water;
-  np_water water; /* 0 over land */
+  np_sea sea;
 };
 
 /* Creates an atmosphere with tables of given sizes. */
@@ -38,9 +37,9 @@ neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosph
 neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
                                         bool has_point_sun, np_monitor *monitor, neph_atmosphere **out_atmosphere);
 
-/* Makes the ground open water, as far as its glint in the light of haze goes: the molecules' light knows the albedo of
- * the description alone. To be called before skies are created. */
-void np_atmosphere_set_water(neph_atmosphere *atmosphere, const np_water *water);
+/* Lays open water on the ground, as far as its glint in the light of haze goes: the molecules' light knows the albedo
+ * of the description alone. To be called before skies are created. */
+void np_atmosphere_set_sea(neph_atmosphere *atmosphere, const np_sea *sea);
 
 /* neph_sky_create with a progress monitor. */
 neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_desc *desc, np_monitor *monitor,
@@ -181,10 +180,10 @@ np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *p
 
 /* Builds gathers for sun zenith angles in `sun_zenith_rad` ± `spread_rad`. Several passes: each uses the aerosol light
  * of the pass before. `dome_moments` are the moments of the gathered sky: `moments`, or, with limited orders, one order
- * less; NULL: none. `water` is the ground, NULL: land; `disk` is the sun. */
+ * less; NULL: none. `sea` is on the ground, NULL: land alone; `disk` is the sun. */
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  const np_water *water, double sun_zenith_rad, double spread_rad, np_sun_disk disk,
+                                  const np_sea *sea, double sun_zenith_rad, double spread_rad, np_sun_disk disk,
                                   np_monitor *monitor, np_gather_table *out_table);
 
 #endif

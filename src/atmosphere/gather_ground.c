@@ -8,7 +8,9 @@ enum { SPLIT_ROWS = 4, SPLIT_AZIMUTHS = 8 };
 
 typedef struct ground_light {
   const np_sky_light *light;
-  const np_water *water;
+  const np_water *water; /* NULL: none */
+  float water_share, glint_share;
+  np_bands land_albedo;
   const np_water_skylight *skylight;
   np_depth_row sunlight; /* depths of the sun's beam on the ground */
 } ground_light;
@@ -23,7 +25,7 @@ static np_bands compute_skylight(const ground_light *g, float sun_cosine) {
 
 static void add_land(const ground_light *g, const np_fan *fan, const np_fan_point *point, np_bands transmittance,
                      np_scattered *sums) {
-  const np_bands scale = (float)(1.0 / NP_PI) * g->light->medium->ground_albedo * transmittance;
+  const np_bands scale = (float)(1.0 / NP_PI) * (1.0f - g->water_share) * g->land_albedo * transmittance;
   for (int i = 0; i < fan->count; i++) {
     const float c = point->sun_cosine[i];
     sums[i].smooth += scale * (np_maxf(c, 0.0f) * compute_beam(g, c) + compute_skylight(g, c));
@@ -160,24 +162,29 @@ static void add_water(const ground_light *g, const np_gather_kernel *kernel, int
   for (int i = 0; i < fan->count; i++) {
     const np_bands reflected =
         np_bands_mix(g->skylight->reflected[low][i], g->skylight->reflected[low + 1][i], view - (float)low);
-    sums[i].smooth += transmittance * (average_glint(g, &part, i, kernel->azimuth_count, fan->sun_cosine[i]) +
-                                       (reflected + diffuse) * compute_skylight(g, point->sun_cosine[i]));
+    sums[i].smooth += g->water_share * transmittance *
+                      (g->glint_share * average_glint(g, &part, i, kernel->azimuth_count, fan->sun_cosine[i]) +
+                       (reflected + diffuse) * compute_skylight(g, point->sun_cosine[i]));
   }
 }
 
 /* ---- All ground ---- */
 
-void np_gather_ground_add(const np_gather_kernel *kernel, const np_sky_light *light, const np_water *water,
+void np_gather_ground_add(const np_gather_kernel *kernel, const np_sky_light *light, const np_sea *sea,
                           const np_water_skylight *skylight, int altitude, int row, const np_fan *fan,
                           np_scattered *sums) {
   const np_ray *ray = &kernel->ray[altitude][row];
   if (!ray->hits_ground) return;
-  const ground_light g = {light, water, skylight, np_depth_table_row(light->depths, 0.0)};
+  const ground_light g = {.light = light,
+                          .water = sea ? &sea->water : NULL,
+                          .water_share = sea ? sea->share : 0.0f,
+                          .glint_share = sea ? sea->glint / sea->share : 0.0f,
+                          .land_albedo = sea ? sea->land_albedo : light->medium->ground_albedo,
+                          .skylight = skylight,
+                          .sunlight = np_depth_table_row(light->depths, 0.0)};
   const np_bands transmittance = kernel->path[altitude][row].end_transmittance;
   np_fan_point point;
   light->kernels->compute_sun_cosines(fan, (float)ray->length_m, (float)light->medium->planet_radius_m, &point);
-  if (water)
-    add_water(&g, kernel, altitude, row, fan, &point, transmittance, sums);
-  else
-    add_land(&g, fan, &point, transmittance, sums);
+  if (sea) add_water(&g, kernel, altitude, row, fan, &point, transmittance, sums);
+  if (g.water_share < 1.0f) add_land(&g, fan, &point, transmittance, sums);
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light that the ground at the ends of a dome's rays sends back, into the aerosol's gather (mie_gather.h).
  *
- * Land is Lambertian. Water sends the sun's beam back as glint, within some 20° of the mirrored direction, where even
- * ground of the same albedo sends it everywhere: forward scattering in haze keeps that difference in the sky. The glint
- * is averaged over the part of the hemisphere that a ray of the dome stands for, since the rule does not resolve it.
+ * Land is Lambertian. Water, on a share of the ground, sends the sun's beam back as glint, within some 20° of the
+ * mirrored direction, where even ground of the same albedo sends it everywhere: forward scattering in haze keeps that
+ * difference in the sky. The glint is averaged over the part of the hemisphere that a ray of the dome stands for, since
+ * the rule does not resolve it.
  *
  * Skylight is reflected direction by direction: waves send a mean of the dome's light around the mirrored direction
  * towards each view. It is a quotient of sums over the dome's rule, in which the rule's error cancels. */
@@ -11,8 +12,8 @@
 #define NP_ATMOSPHERE_GATHER_GROUND_H
 
 #include "atmosphere/gather_kernel.h"
+#include "atmosphere/sea.h"
 #include "atmosphere/sky_trace.h"
-#include "optics/water.h"
 
 enum {
   NP_GATHER_VIEWS = 8, /* cosines of views of the water, even in their root */
@@ -40,8 +41,8 @@ void np_water_mirror_reflect(const np_water_mirror *mirror, const np_gather_kern
                              const np_bands *phase, np_water_skylight *out);
 
 /* Adds to each ray of a fan the sunlight and skylight that the ground reflects along it, where row `row` of the dome at
- * an altitude hits the ground. `water` NULL: the ground is land, and `skylight` is not read. */
-void np_gather_ground_add(const np_gather_kernel *kernel, const np_sky_light *light, const np_water *water,
+ * an altitude hits the ground. `sea` NULL: the ground is land, and `skylight` is not read. */
+void np_gather_ground_add(const np_gather_kernel *kernel, const np_sky_light *light, const np_sea *sea,
                           const np_water_skylight *skylight, int altitude, int row, const np_fan *fan,
                           np_scattered *sums);
 

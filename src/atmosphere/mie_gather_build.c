@@ -22,7 +22,7 @@ typedef struct gather_job {
       light; /* light of the domes; its gather is NULL in the first pass, and then the table of the previous pass */
   const np_moment_table *moments; /* divisor of the stored source */
   const np_gather_kernel *kernel;
-  const np_water *water;                          /* ground of the domes; NULL: land */
+  const np_sea *sea;                              /* ground of the domes; NULL: land */
   np_water_mirror mirror;                         /* reflects skylight where there is water */
   np_water_skylight skylight[NP_GATHER_SUNS_MAX]; /* found in the pass before */
   np_gather_table *table;
@@ -47,7 +47,7 @@ static void trace_dome(const gather_job *job, int altitude, int sun_index, np_sc
     np_fan_pad(&fan);
     np_scattered *out_row = out_dome + row * kernel->azimuth_count;
     np_sky_trace(&job->light, &fan, &kernel->path[altitude][row], out_row);
-    np_gather_ground_add(kernel, &job->light, job->water, &job->skylight[sun_index], altitude, row, &fan, out_row);
+    np_gather_ground_add(kernel, &job->light, job->sea, &job->skylight[sun_index], altitude, row, &fan, out_row);
   }
 }
 
@@ -134,7 +134,7 @@ static void place_suns(np_gather_table *table, double zenith, double spread, dou
 
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  const np_water *water, double sun_zenith_rad, double spread_rad, np_sun_disk disk,
+                                  const np_sea *sea, double sun_zenith_rad, double spread_rad, np_sun_disk disk,
                                   np_monitor *monitor, np_gather_table *out_table) {
   const np_medium *medium = depths->medium;
   np_gather_table *first = np_alloc(context, 1, sizeof *first);
@@ -147,13 +147,13 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   gather_job job = {.light = {np_fan_get_kernels(context->isa), medium, depths, dome_moments, NULL, disk},
                     .moments = moments,
                     .kernel = kernel,
-                    .water = water,
+                    .sea = sea,
                     .table = first};
   const size_t pieces = (size_t)out_table->sun_count * (size_t)kernel->altitude_count;
-  neph_result result = water ? np_water_mirror_init(context, kernel, water, &job.mirror) : NEPH_OK;
+  neph_result result = sea ? np_water_mirror_init(context, kernel, &sea->water, &job.mirror) : NEPH_OK;
   for (int pass = 1; !result && pass <= kernel->passes; pass++) {
     job.table = (kernel->passes - pass) % 2 ? first : out_table;
-    if (water) result = np_parallel_for(context, monitor, (size_t)out_table->sun_count, 1, reflect_skylight, &job);
+    if (sea) result = np_parallel_for(context, monitor, (size_t)out_table->sun_count, 1, reflect_skylight, &job);
     if (!result) result = np_parallel_for(context, monitor, pieces, 1, gather_pieces, &job);
     job.light.gather = job.table;
   }

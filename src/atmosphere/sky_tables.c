@@ -242,7 +242,7 @@ neph_result np_sky_gather_build(neph_sky *sky) {
                                 : a->order_max > 2            ? &a->dome_moments
                                                               : NULL;
   return np_gather_table_build(
-      a->context, &a->depths, &a->moments, dome, &a->kernel, a->is_over_water ? &a->water : NULL,
+      a->context, &a->depths, &a->moments, dome, &a->kernel, a->sea.share > 0.0f ? &a->sea : NULL,
       acos((double)sky->frame.sun_cosine), gather_spread(&a->medium, &sky->frame),
       np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun), sky->monitor, &sky->gather);
 }

@@ -56,9 +56,11 @@ static bool compute_key(const neph_atmosphere *a, const neph_sky *sky, char out_
     NP_HASH_ADD(key, sky->sun);
     NP_HASH_ADD(key, sky->sun_angular_radius);
     NP_HASH_ADD(key, sky->observer);
-    NP_HASH_ADD(key, a->is_over_water);
-    NP_HASH_ADD(key, a->water.roughness);
-    NP_HASH_ADD(key, a->water.albedo);
+    NP_HASH_ADD(key, a->sea.share);
+    NP_HASH_ADD(key, a->sea.glint);
+    NP_HASH_ADD(key, a->sea.land_albedo);
+    NP_HASH_ADD(key, a->sea.water.roughness);
+    NP_HASH_ADD(key, a->sea.water.albedo);
     NP_HASH_ADD(key, sky->irradiance);
     NP_HASH_ADD(key, sky->frame.twilight);
   }

@@ -9,6 +9,7 @@
 #include "core/text.h"
 #include "scene/sequence.h"
 #include "stages/stage_part.h"
+#include "terrain/terrain_surroundings.h"
 
 /* ---- Sun and moon ---- */
 
@@ -83,27 +84,39 @@ neph_result np_stage_build_packet_lights(const np_stage_task *task) {
 
 /* ---- Air ---- */
 
-/* Whether the planet below the air is a sea. */
-static bool has_sea(const neph_scene *scene) {
-  return !scene->has_ground_albedo && np_scene_has_water(scene) && scene->water.level_m >= 0.0;
+/* Share of the ground below which water is left out of the light that the air has from it. */
+static const float sea_least = 0.02f;
+
+/* Share of the ground below the air that is water. */
+static float compute_sea_share(const neph_scene *scene, const neph_terrain *terrain) {
+  if (scene->has_ground_albedo || !np_scene_has_water(scene) || scene->water.level_m < 0.0) return 0.0f;
+  const float share = terrain ? (float)np_terrain_measure_water(terrain, scene->water.level_m) : 1.0f;
+  return share < sea_least ? 0.0f : share;
 }
 
-/* Albedo of the planet, in the scene's reference bands: the water's where there is a sea, else the terrain's mean. */
+static void get_land_albedo(const neph_scene *scene, const neph_terrain *terrain, double out[NP_BAND_COUNT]) {
+  const bool is_terrain = !scene->has_ground_albedo && terrain;
+  memcpy(out, is_terrain ? np_terrain_get_air_albedo(terrain) : np_scene_get_ground_albedo(scene),
+         NP_BAND_COUNT * sizeof *out);
+}
+
+static np_vec3 get_light_direction(const np_stage_part *in, const np_picture_lights *lights) {
+  const np_scene_lights *places = &lights->places;
+  return np_dvec3_to_float(np_plan_has_sun_world(in->plan) ? places->to_sun : places->moon.direction);
+}
+
+/* Albedo of the planet, in the scene's reference bands: that of water and of land by their shares. */
 void np_stage_get_ground_albedo(const np_stage_part *in, const neph_terrain *terrain, const np_picture_lights *lights,
                                 double out[NP_BAND_COUNT]) {
   const neph_scene *scene = in->scene;
-  const double *given = np_scene_get_ground_albedo(scene);
-  const bool is_given = scene->has_ground_albedo;
-  if (!is_given && terrain) given = np_terrain_get_mean_albedo(terrain);
-  memcpy(out, given, NP_BAND_COUNT * sizeof *out);
-  if (!has_sea(scene)) return;
+  const double share = (double)compute_sea_share(scene, terrain);
+  get_land_albedo(scene, terrain, out);
+  if (share == 0.0) return;
   const double *albedo = scene->water.albedo;
   const np_water water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
                                        np_spectrum_make((float)albedo[0], (float)albedo[1], (float)albedo[2]));
-  const np_scene_lights *places = &lights->places;
-  const np_dvec3 to_light = np_plan_has_sun_world(in->plan) ? places->to_sun : places->moon.direction;
-  const np_spectrum albedo_under_light = np_water_get_air_albedo(&water, (float)to_light.z);
-  for (int b = 0; b < NP_BAND_COUNT; b++) out[b] = (double)albedo_under_light.band[b];
+  const np_spectrum albedo_under_light = np_water_get_air_albedo(&water, get_light_direction(in, lights).z);
+  for (int b = 0; b < NP_BAND_COUNT; b++) out[b] = (1.0 - share) * out[b] + share * (double)albedo_under_light.band[b];
 }
 
 /* Share of the tolerance: along the long paths of the horizon a coefficient counts ten times. */
@@ -111,8 +124,7 @@ static const double medium_share = 0.1;
 
 typedef struct air_key {
   neph_atmosphere_desc desc;
-  bool has_sea;
-  np_water water;                 /* the sea, in the packet's bands */
+  np_sea sea;                     /* in the packet's bands */
   neph_atmosphere_layer layers[]; /* the layers of `desc` */
 } air_key;
 
@@ -128,9 +140,14 @@ static neph_result make_air_key(const np_stage_part *in, const np_band_set *band
   np_band_set_convert(bands, NP_BAND_LINEAR, albedo, key->desc.ground_albedo);
   for (unsigned i = 0; i < air->layer_count; i++) key->layers[i] = np_band_set_convert_layer(bands, &air->layers[i]);
   const np_scene_water *water = &in->scene->water;
-  key->has_sea = has_sea(in->scene);
-  if (key->has_sea)
-    key->water = np_water_make(water->level_m, water->wind_m_s, np_bands_convert(bands, NP_BAND_LINEAR, water->albedo));
+  key->sea.share = compute_sea_share(in->scene, terrain);
+  if (key->sea.share == 0.0f) return NEPH_OK;
+  key->sea.glint =
+      terrain ? (float)np_terrain_measure_glint(terrain, water->level_m, get_light_direction(in, lights)) : 1.0f;
+  get_land_albedo(in->scene, terrain, albedo);
+  key->sea.water =
+      np_water_make(water->level_m, water->wind_m_s, np_bands_convert(bands, NP_BAND_LINEAR, water->albedo));
+  key->sea.land_albedo = np_bands_from_spectrum(np_bands_convert(bands, NP_BAND_LINEAR, albedo));
   return NEPH_OK;
 }
 
@@ -144,9 +161,12 @@ static unsigned get_order_max(const np_atmosphere_inputs *in) {
 }
 
 static bool has_equal_sea(const air_key *key, const neph_atmosphere *cached) {
-  if (key->has_sea != cached->is_over_water) return false;
-  return !key->has_sea || (key->water.roughness == cached->water.roughness &&
-                           !memcmp(&key->water.albedo, &cached->water.albedo, sizeof key->water.albedo));
+  const np_sea *wanted = &key->sea, *own = &cached->sea;
+  if (wanted->share == 0.0f || wanted->share != own->share) return wanted->share == own->share;
+  if (wanted->glint != own->glint) return false;
+  return wanted->water.roughness == own->water.roughness &&
+         !memcmp(&wanted->water.albedo, &own->water.albedo, sizeof own->water.albedo) &&
+         !memcmp(&wanted->land_albedo, &own->land_albedo, sizeof own->land_albedo);
 }
 
 /* Writes why an atmosphere does not match the request. */
@@ -192,7 +212,7 @@ static neph_result adapt_air(const np_atmosphere_inputs *in, void *cached, const
 /* The atmosphere of a key, over its sea. */
 static neph_result create_air(const np_stage_part *in, const air_key *key, unsigned order_max, neph_atmosphere **out) {
   neph_result result = np_atmosphere_create_orders(in->context, &key->desc, order_max, false, in->monitor, out);
-  if (!result && key->has_sea) np_atmosphere_set_water(*out, &key->water);
+  if (!result && key->sea.share > 0.0f) np_atmosphere_set_sea(*out, &key->sea);
   return result;
 }
 

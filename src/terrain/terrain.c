@@ -22,6 +22,7 @@
 #include "terrain/land_cover.h"
 #include "terrain/mesh_ground.h"
 #include "terrain/terrain_cover.h"
+#include "terrain/terrain_surroundings.h"
 
 /* Places along each side of a field that its rectangle is taken from: sides are bent on the planet. */
 enum { CORE_STEPS = 16 };
@@ -42,7 +43,7 @@ struct neph_terrain {
   double planet_radius_m, ground_albedo[3]; /* values of the description */
   np_ground_cover cover;
   char cover_name[33];
-  double mean_albedo[3];
+  double mean_albedo[3], air_albedo[3];
   RTCDevice device;
   RTCScene scene;
 };
@@ -262,19 +263,53 @@ static neph_result sample_places(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-static neph_result compute_mean_albedo(neph_terrain *terrain, np_monitor *monitor) {
+/* Land beyond the field's own samples counts as it is, those as in the mean. */
+static neph_result sample_surroundings(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const mean_job *job = user;
+  const neph_terrain *terrain = job->terrain;
+  const np_heightfield *field = &terrain->field;
+  const np_field_facets facets = get_facets(terrain);
+  for (size_t n = begin; n < end; n++) {
+    np_field_position at;
+    float *albedo = job->albedo[n];
+    albedo[0] = -1.0f;
+    const np_terrain_spot spot = np_terrain_choose_spot(terrain, (double)(n / MEAN_PLACES) / MEAN_PLACES,
+                                                        (double)(n % MEAN_PLACES) / MEAN_PLACES);
+    if (!np_heightfield_locate(field, &terrain->globe, spot.x_m, spot.y_m, &at)) continue;
+    const np_field_position core = np_heightfield_get_core_position(field, at);
+    if (core.column >= 0.0 && core.row >= 0.0 && core.column <= np_heightfield_get_core_width(field) - 1 &&
+        core.row <= np_heightfield_get_core_height(field) - 1)
+      for (int b = 0; b < 3; b++) albedo[b] = (float)terrain->mean_albedo[b];
+    else
+      eval_field_albedo(terrain, at, np_field_facets_get_normal(&facets, at), NP_TERRAIN_WIDE, albedo);
+  }
+  return NEPH_OK;
+}
+
+/* Averages places where there is ground; without any, `out` stays. */
+static neph_result average_places(mean_job *job, np_parallel_fn sample, np_monitor *monitor, double out[3]) {
   double sum[3] = {0.0};
   unsigned count = 0;
-  memcpy(terrain->mean_albedo, terrain->ground_albedo, sizeof sum);
+  const neph_result result = np_parallel_for(job->terrain->context, monitor, MEAN_COUNT, MEAN_PLACES, sample, job);
+  for (int n = 0; n < MEAN_COUNT && !result; n++) {
+    for (int b = 0; b < 3 && job->albedo[n][0] >= 0.0f; b++) sum[b] += (double)job->albedo[n][b];
+    count += job->albedo[n][0] >= 0.0f;
+  }
+  for (int b = 0; b < 3 && count; b++) out[b] = sum[b] / count;
+  return result;
+}
+
+static neph_result compute_mean_albedo(neph_terrain *terrain, np_monitor *monitor) {
+  memcpy(terrain->mean_albedo, terrain->ground_albedo, sizeof terrain->mean_albedo);
+  memcpy(terrain->air_albedo, terrain->ground_albedo, sizeof terrain->air_albedo);
   if (!np_ground_cover_varies(&terrain->cover)) return NEPH_OK;
   mean_job job = {terrain, np_alloc(terrain->context, MEAN_COUNT, sizeof *job.albedo)};
   if (!job.albedo) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_result result = np_parallel_for(terrain->context, monitor, MEAN_COUNT, MEAN_PLACES, sample_places, &job);
-  for (int n = 0; n < MEAN_COUNT && !result; n++) {
-    for (int b = 0; b < 3 && job.albedo[n][0] >= 0.0f; b++) sum[b] += (double)job.albedo[n][b];
-    count += job.albedo[n][0] >= 0.0f;
-  }
-  for (int b = 0; b < 3 && count; b++) terrain->mean_albedo[b] = sum[b] / count;
+  neph_result result = average_places(&job, sample_places, monitor, terrain->mean_albedo);
+  memcpy(terrain->air_albedo, terrain->mean_albedo, sizeof terrain->air_albedo);
+  if (!result && has_field(terrain) && terrain->field.margin.count > 0)
+    result = average_places(&job, sample_surroundings, monitor, terrain->air_albedo);
   np_alloc_free(terrain->context, job.albedo);
   return result;
 }
@@ -509,6 +544,10 @@ void neph_terrain_release(neph_terrain *terrain) {
 
 neph_context *np_terrain_get_context(const neph_terrain *terrain) { return terrain->context; }
 
+double np_terrain_get_cell_m(const neph_terrain *terrain) {
+  return has_field(terrain) ? terrain->field.step_north_rad * terrain->planet_radius_m : 0.0;
+}
+
 const np_heightfield *np_terrain_get_field(const neph_terrain *terrain) { return &terrain->field; }
 
 double np_terrain_get_planet_radius_m(const neph_terrain *terrain) { return terrain->planet_radius_m; }
@@ -542,6 +581,8 @@ void np_terrain_get_core(const neph_terrain *terrain, double out_low[2], double 
 bool np_terrain_has_cover(const neph_terrain *terrain) { return np_ground_cover_varies(&terrain->cover); }
 
 const double *np_terrain_get_mean_albedo(const neph_terrain *terrain) { return terrain->mean_albedo; }
+
+const double *np_terrain_get_air_albedo(const neph_terrain *terrain) { return terrain->air_albedo; }
 
 bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m) {
   np_field_position position;

@@ -52,10 +52,16 @@ float np_terrain_get_roughness(const neph_terrain *terrain);
 /* Mean of the albedo over the field, or over a lone mesh, seen from above. */
 const double *np_terrain_get_mean_albedo(const neph_terrain *terrain);
 
+/* Mean of the albedo over all land around, weighted as the air above the field has light from it. */
+const double *np_terrain_get_air_albedo(const neph_terrain *terrain);
+
 /* Creates the ground of a field, whose ownership it takes in any case, and of the description's mesh. `is_joined`: the
  * field is joined to the sphere already. A field without samples: the mesh alone. */
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
                                          bool is_joined, np_monitor *monitor, neph_terrain **out_terrain);
+
+/* Distance between samples of the field; 0 where there is a mesh alone. */
+double np_terrain_get_cell_m(const neph_terrain *terrain);
 
 /* The terrain's field, joined to the sphere; without samples: none. */
 const np_heightfield *np_terrain_get_field(const neph_terrain *terrain);
