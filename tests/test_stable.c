@@ -77,6 +77,8 @@ static void opacity_holds(void **state) {
   (void)state;
   sweep_in_both_modes((check){np_opacity, compute_opacity, 0.0f, FLT_MAX, 3 * 0x1p-24});
   assert_true(np_opacity(0.0f) == 0.0f);
+  for (float x = 1e-6f; x < 10.0f; x *= 1.01f)
+    assert_near_relative((double)np_growth(x), expm1((double)x), 2e-7 * exp((double)x));
   assert_true(np_opacity(INFINITY) == 1.0f);
 }
 

@@ -13,6 +13,14 @@ enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
 enum { SUN_LEVELS = 64 };
 static const double sun_top_m = 20e3;
 
+/* Ridges that rise above the sun, and the share of the light around it that straight ones hide: half of it and more. */
+enum { RIDGES = 3 };
+static const struct {
+  double rise_rad;
+  float hidden;
+} ridges[RIDGES] = {{5.0 * NP_DEGREE, 0.65f}, {10.0 * NP_DEGREE, 0.8f}, {20.0 * NP_DEGREE, 1.0f}};
+static const float lowest_ridge = 0.5f;
+
 typedef struct loss_job {
   const np_air_visibility *visibility;
   const np_world *world;
@@ -21,6 +29,7 @@ typedef struct loss_job {
   const np_lit_air *among_hills; /* change by hills; NULL: unknown */
   np_air_shadow *out;
   np_spectrum sun_forward[SUN_LEVELS]; /* optical depth from each level to the sun of what haze scatters straight on */
+  np_vec3 above_sun[RIDGES];           /* directions at the rises of `ridges` above the sun */
 } loss_job;
 
 /* A cell of the air along a ray, and radiance of clear air along that ray as the eye sees it. */
@@ -75,12 +84,28 @@ typedef struct ray_change {
 /* Light of the higher orders is several times even light towards the sun, and less away from it. */
 static const float unevenness_max = 8.0f;
 
+static np_vec3 raise_direction(np_vec3 towards, double rise_rad) {
+  const double level = hypot((double)towards.x, (double)towards.y);
+  const double elevation = fmin(atan2((double)towards.z, level) + rise_rad, 0.5 * NP_PI);
+  const double scale = level > 0.0 ? cos(elevation) / level : 0.0;
+  return np_vec3_make((float)(scale * (double)towards.x), (float)(scale * (double)towards.y), (float)sin(elevation));
+}
+
+/* Share of the light around the sun that a ridge hides which hides the sun. */
+static float estimate_hidden(const loss_job *job, np_dvec3 place) {
+  float hidden = lowest_ridge;
+  for (int i = 0; i < RIDGES && np_world_is_behind_terrain(job->world, place, job->above_sun[i]); i++)
+    hidden = ridges[i].hidden;
+  return hidden;
+}
+
 /* Share of the light around the sun that is hidden from a cell: all in the shade of a cloud, and in that of a hill all
- * but what comes over the ridge. */
+ * but what comes over the ridge. Points of the hills' lattice may lie beyond the shade's edge. */
 static float get_sun_hidden(const loss_job *job, const ray_cell *c, const np_lit_air_value *hills) {
   if (!job->among_hills) return c->shaded;
-  const bool is_by_hill = !(c->shaded > 0.0f) || np_world_is_behind_terrain(job->world, c->middle, job->world->to_sun);
-  return is_by_hill ? hills->sun_hidden : np_maxf(c->shaded, hills->sun_hidden);
+  if (!(c->shaded > 0.0f)) return hills->sun_hidden;
+  const bool is_by_hill = np_world_is_behind_terrain(job->world, c->middle, job->world->to_sun);
+  return np_maxf(is_by_hill ? c->shaded * estimate_hidden(job, c->middle) : c->shaded, hills->sun_hidden);
 }
 
 /* Share of the light around the sun that a cell lacks: what is hidden there, as much as clouds take of the sky's light,
@@ -187,8 +212,8 @@ typedef struct air_sums {
 static np_air_part keep_part(const ray_sums *sums, const air_sums *air, np_spectrum behind, float open) {
   np_air_part out = {.other = sums->change.other, .covered = keep_share(open * sums->shaded)};
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float all = air->all.band[b], per = all > 0.0f ? 1.0f / all : 0.0f;
-    const float ahead = np_minf(np_growth(sums->straight.band[b]) * behind.band[b], all - air->first.band[b]);
+    const float higher = air->all.band[b] - air->first.band[b], per = higher > 0.0f ? 1.0f / higher : 0.0f;
+    const float ahead = np_growth(sums->straight.band[b]) * behind.band[b];
     out.lost[b] = keep_share(-per * sums->change.lost.band[b]);
     out.ahead[b] = keep_share(per * ahead);
     out.straight[b] = keep_share(sums->straight.band[b] / NP_STRAIGHT_DEPTH_MAX);
@@ -292,7 +317,13 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
   np_world bare = *world;
   bare.terrain = NULL;
   bare.cloud_sky = bare.camera_sky;
-  loss_job job = {visibility, world, &bare, lit_air, among_hills, out, {{{0.0f}}}};
+  loss_job job = {.visibility = visibility,
+                  .world = world,
+                  .bare = &bare,
+                  .lit_air = lit_air,
+                  .among_hills = among_hills,
+                  .out = out};
+  for (int i = 0; i < RIDGES; i++) job.above_sun[i] = raise_direction(world->to_sun, ridges[i].rise_rad);
   for (int level = 0; is_lit && level < SUN_LEVELS; level++)
     job.sun_forward[level] =
         np_atmosphere_get_forward_depth(world->atmosphere, compute_level_height(level), world->to_sun);
@@ -409,12 +440,13 @@ static np_spectrum sum_passed(const end_haze *haze) {
   return sum;
 }
 
-/* Adds the change between two planes of a node, `part` of the way from the nearer, losses in units. */
-static void add_parts(const np_air_shadow *shadow, size_t node, int plane, float part, float weight,
+/* Adds the change between two planes of a node, `part` of the way from the nearer, losses in units. Before the first
+ * plane, `begun` of the way there, losses are the same share of less light. */
+static void add_parts(const np_air_shadow *shadow, size_t node, int plane, float part, float begun, float weight,
                       np_air_change *sum) {
   const np_air_part *near = &shadow->parts[node * PLANES + (size_t)plane], *far = near + 1;
   const bool is_past = plane >= CELLS - 1;
-  sum->other = np_spectrum_add_scaled(sum->other, weight, np_spectrum_mix(near->other, far->other, part));
+  sum->other = np_spectrum_add_scaled(sum->other, weight * begun, np_spectrum_mix(near->other, far->other, part));
   for (int b = 0; b < NP_BAND_COUNT; b++)
     sum->higher_share.band[b] += weight * mix_losses((float)near->lost[b], (float)far->lost[b], part, is_past);
 }
@@ -443,12 +475,12 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
     for (int b = 0; b < NP_BAND_COUNT; b++)
       sum.lost_share.band[b] +=
           weight * mix_losses(NP_AIR_SHADOW_UNIT - (float)near[b], NP_AIR_SHADOW_UNIT - (float)far[b], along, is_past);
-    if (shadow->parts) add_parts(shadow, node, plane, along, weight * begun, &sum);
-    haze.weight[corner] = weight * begun;
+    if (shadow->parts) add_parts(shadow, node, plane, along, begun, weight, &sum);
+    haze.weight[corner] = weight;
     if (shadow->parts && end != NP_RAY_END_NONE) add_end(shadow, node, plane, along, end, corner, &haze, &sum);
     weights += weight;
   }
-  if (shadow->parts && end != NP_RAY_END_NONE) sum.passed = sum_passed(&haze);
+  if (shadow->parts && end != NP_RAY_END_NONE) sum.passed = np_spectrum_scale(sum_passed(&haze), begun);
   const float all = 1.0f / weights, per_unit = all * share_per_unit;
   return (np_air_change){np_spectrum_scale(sum.lost_share, per_unit), np_spectrum_scale(sum.higher_share, per_unit),
                          np_spectrum_scale(sum.other, all), np_spectrum_scale(sum.passed, all)};

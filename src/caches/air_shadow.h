@@ -32,10 +32,10 @@
 #define NP_AIR_SHADOW_UNIT 65535.0f
 
 /* Change of the air's light by clouds and hills up to a place, beside that of the first order. Shares are of the clear
- * air's light up to there, in NP_AIR_SHADOW_UNITs. */
+ * air's light of the higher orders up to there, in NP_AIR_SHADOW_UNITs. */
 typedef struct np_air_part {
   np_spectrum other;                /* light of clouds, hills and ground */
-  uint16_t lost[NP_BAND_COUNT];     /* share of light of the higher orders that is lost */
+  uint16_t lost[NP_BAND_COUNT];     /* share that is lost */
   uint16_t ahead[NP_BAND_COUNT];    /* share that haze has scattered straight on from behind the place */
   uint16_t straight[NP_BAND_COUNT]; /* optical depth of what haze scatters straight on, of NP_STRAIGHT_DEPTH_MAX */
   uint16_t covered; /* share of that in the shade, in the directions around without ground before the place */
@@ -66,7 +66,7 @@ typedef enum np_ray_end { NP_RAY_END_NONE, NP_RAY_END_CLOUD, NP_RAY_END_GROUND }
 /* Change of the air's light up to a distance. */
 typedef struct np_air_change {
   np_spectrum lost_share;   /* share of the first order's in-scatter that is lost */
-  np_spectrum higher_share; /* light of the higher orders that is lost, as a share of all */
+  np_spectrum higher_share; /* share of the light of the higher orders that is lost; it may exceed 1 */
   np_spectrum other;        /* light of clouds, hills and ground */
   np_spectrum passed;       /* light of the end that haze scatters straight on, over what it does not scatter */
 } np_air_change;

@@ -22,6 +22,7 @@ typedef struct np_lighting {
   const np_ground_light *ground_light;    /* NULL: the sky over the ground counts as clear */
   const np_relief_light *relief_light;    /* NULL: hills neither hide nor light slopes */
   const np_air_shadow *air_shadow;        /* shadows in the camera's sky; NULL: none */
+  bool has_shade_by_places;               /* the sun is looked for along each ray instead, up to whatever it meets */
   const np_sky_guide *sky_guide;          /* NULL: sky and ground are sampled by scattering alone */
   const np_cloud_gain *gains;             /* gains of an approximation for each cloud; NULL: the settings' gain for
                                              all */

@@ -399,6 +399,7 @@ static neph_result build_lighting(const np_lighting_inputs *in, np_reflection *o
   out_reflection->world.camera_sky = in->water_sky;
   out_reflection->world.has_parallel_view = false;
   out_reflection->lighting.air_shadow = NULL;
+  out_reflection->lighting.has_shade_by_places = out->air_shadow != NULL;
   out_reflection->lighting.viewer_light = NULL;
   out->reflection = out_reflection;
   return NEPH_OK;
