@@ -131,8 +131,53 @@ static void threads_compute_the_same_bits(void **state) {
   assert_memory_equal(values[0], values[1], sizeof values[0]);
 }
 
+/* A valley that the points over the terrain, 1.3 by 1.8 km apart, do not resolve: a floor of 19 samples, walls of 300 m
+ * within two more. */
+static int make_gully(unsigned column, unsigned row) {
+  (void)row;
+  const int away = abs((int)column - 600) - 9;
+  return away <= 0 ? 0 : away < 2 ? 150 * away : 300;
+}
+
+static double look_along_gully(const landscape *l) {
+  double sum = 0.0;
+  for (int i = 0; i < 64; i++) {
+    const np_ground_hit hit = look_down(l, 0.0, 20.0 * (i - 32));
+    sum += (double)np_relief_light_get(&l->light, &hit).band[0] / (64.0 * NP_PI);
+  }
+  return sum;
+}
+
+/* Points about the eye see a strip of sky like that of the wide valley; what lies beyond them has the same bits as
+ * without them, as have all places once the eye has been elsewhere and back. */
+static void the_eye_brings_points_near(void **state) {
+  test_fixture *f = *state;
+  landscape l;
+  start(&l, f->context, make_tile(f, make_gully), 0.0f, np_spectrum_grey(0.0f));
+  const double column_m = radius_m * NP_DEGREE / 1200.0 * cos(44.5 * NP_DEGREE);
+  const double expected = cos(atan(300.0 / (11.0 * column_m))), coarse = look_along_gully(&l);
+  const np_ground_hit far = look_down(&l, 36e3, 0.0);
+  const np_dvec3 eye = np_dvec3_make(0.0, 0.0, 100.0), elsewhere = np_dvec3_make(-30e3, 20e3, 400.0);
+  np_relief_light_desc desc = l.light.desc;
+  const float before = np_relief_light_get(&l.light, &far).band[0];
+  desc.eye = &eye;
+  assert_int_equal(np_relief_light_set(&l.light, &desc), NEPH_OK);
+  const double near = look_along_gully(&l);
+  print_message("strip of sky %.4f, by coarse points %.4f, by near ones %.4f\n", expected, coarse, near);
+  assert_near_relative(near, expected, 0.05);
+  assert_true(fabs(coarse / expected - 1.0) > 0.05);
+  assert_true(np_relief_light_get(&l.light, &far).band[0] == before);
+  desc.eye = &elsewhere;
+  assert_int_equal(np_relief_light_set(&l.light, &desc), NEPH_OK);
+  desc.eye = &eye;
+  assert_int_equal(np_relief_light_set(&l.light, &desc), NEPH_OK);
+  assert_true(look_along_gully(&l) == near);
+  end(&l);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {TEST(white_hills_vanish_in_a_furnace), TEST(a_black_valley_sees_a_strip_of_sky),
-                                     TEST(a_plain_lights_a_wall), TEST(threads_compute_the_same_bits)};
+                                     TEST(a_plain_lights_a_wall), TEST(the_eye_brings_points_near),
+                                     TEST(threads_compute_the_same_bits)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

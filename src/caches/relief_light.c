@@ -13,7 +13,7 @@
 #include "core/alloc.h"
 #include "core/units.h"
 
-enum { AZIMUTHS = 8, UP = NP_RELIEF_RINGS, DOWN = 2 };
+enum { AZIMUTHS = 8, NEAR_AZIMUTHS = 16, UP = NP_RELIEF_RINGS, DOWN = 2 };
 
 enum { EMPTY, BUSY, DONE }; /* states of a point */
 
@@ -82,24 +82,44 @@ typedef struct relief_ray {
   float sine, solid_angle;
 } relief_ray;
 
-/* A ray within its part of a ring. */
-static relief_ray draw_ray(const float *edges, int ring, int k, np_random *random) {
-  const float height = edges[ring + 1] - edges[ring], width = 2.0f * NP_PI_F / AZIMUTHS;
-  return (relief_ray){ring, ((float)k + np_random_float(random)) * width,
-                      edges[ring] + height * np_random_float(random), height * width};
-}
-
 /* Ground at a place seen from above; false: there is none. */
 static bool get_ground(const np_world *world, double x, double y, np_ground_hit *out) {
   const np_dvec3 above = np_dvec3_make(x, y, world->terrain_max.z + 1.0);
   return np_world_intersect_ground(world, above, np_vec3_make(0, 0, -1), out);
 }
 
-static np_dvec3 get_place(const np_relief_light *c, int32_t i, int32_t j) {
-  return np_dvec3_make(c->origin_m[0] + i * c->spacing_m[0], c->origin_m[1] + j * c->spacing_m[1], 0.0);
+/* A point of a grid. */
+typedef struct relief_point {
+  const np_relief_grid *grid;
+  int32_t i, j;
+} relief_point;
+
+static np_dvec3 get_place(const relief_point *p) {
+  const np_relief_grid *g = p->grid;
+  return np_dvec3_make(g->origin_m[0] + p->i * g->spacing_m[0], g->origin_m[1] + p->j * g->spacing_m[1], 0.0);
 }
 
-static np_random start_rays(int32_t i, int32_t j) { return np_random_start(0, 0, (uint32_t)i, (uint32_t)j, 0); }
+/* Uses of random numbers at a point. */
+enum { OF_RAYS, OF_HIDDEN_SHADE, OF_GROUND_SHADE, RANDOM_USES };
+
+static np_random start_random(const relief_point *p, unsigned use) {
+  const np_relief_grid *g = p->grid;
+  return np_random_start(0, use + g->number * RANDOM_USES, (uint32_t)(g->first[0] + p->i),
+                         (uint32_t)(g->first[1] + p->j), 0);
+}
+
+static int count_azimuths(const relief_point *p) { return p->grid->number > 0 ? NEAR_AZIMUTHS : AZIMUTHS; }
+
+/* A ray within its part of a ring. Those of the terrain's grid are drawn; all near points have the same ones, in the
+ * middle of their parts: a few points light all that is near, and their noise would be seen. */
+static relief_ray choose_ray(const relief_point *p, const float *edges, int ring, int k, np_random *random) {
+  static const float golden = 0.618034f;
+  const float height = edges[ring + 1] - edges[ring], width = 2.0f * NP_PI_F / (float)count_azimuths(p);
+  const bool is_near = p->grid->number > 0;
+  const float turn = is_near ? golden * (float)ring - floorf(golden * (float)ring) : np_random_float(random);
+  const float rise = is_near ? 0.5f : np_random_float(random);
+  return (relief_ray){ring, ((float)k + turn) * width, edges[ring] + height * rise, height * width};
+}
 
 /* ---- What hills hide ---- */
 
@@ -127,15 +147,15 @@ static np_relief_hidden make_open(void) {
   return out;
 }
 
-static void fill_hidden(const np_relief_light *c, int32_t i, int32_t j, np_relief_hidden *out) {
+static void fill_hidden(const np_relief_light *c, const relief_point *p, np_relief_hidden *out) {
   *out = make_open();
-  const np_dvec3 place = get_place(c, i, j);
+  const np_dvec3 place = get_place(p);
   np_ground_hit here;
   if (!get_ground(c->desc.world, place.x, place.y, &here)) return;
-  np_random random = start_rays(i, j), of_shade = np_random_start(0, 1, (uint32_t)i, (uint32_t)j, 0);
+  np_random random = start_random(p, OF_RAYS), of_shade = start_random(p, OF_HIDDEN_SHADE);
   for (int ring = 0; ring < UP; ring++)
-    for (int k = 0; k < AZIMUTHS; k++) {
-      const relief_ray ray = draw_ray(np_relief_ring_edges, ring, k, &random);
+    for (int k = 0; k < count_azimuths(p); k++) {
+      const relief_ray ray = choose_ray(p, np_relief_ring_edges, ring, k, &random);
       hide_ray(c, here.position, &ray, &of_shade, out);
     }
   if (np_spectrum_is_zero(c->sky.glow_share)) return;
@@ -155,27 +175,34 @@ static bool claim(atomic_uchar *state) {
   return atomic_compare_exchange_strong(state, &expected, BUSY);
 }
 
-static np_relief_slot *get_slot(const np_relief_light *c, int32_t i, int32_t j) {
-  return &c->points[(size_t)j * (size_t)c->size[0] + (size_t)i];
+static np_relief_slot *get_slot(const relief_point *p) {
+  return &p->grid->points[(size_t)p->j * NP_RELIEF_POINTS_MAX + (size_t)p->i];
 }
 
 /* Light hidden from a point, from the cache or computed. */
-static const np_relief_hidden *get_hidden(const np_relief_light *c, int32_t i, int32_t j, np_relief_hidden *own) {
-  np_relief_slot *slot = get_slot(c, i, j);
+static const np_relief_hidden *get_hidden(const np_relief_light *c, const relief_point *p, np_relief_hidden *own) {
+  np_relief_slot *slot = get_slot(p);
   if (atomic_load_explicit(&slot->hidden_state, memory_order_acquire) == DONE) return &slot->hidden;
-  fill_hidden(c, i, j, own);
+  fill_hidden(c, p, own);
   if (!claim(&slot->hidden_state)) return own;
   slot->hidden = *own;
   atomic_store_explicit(&slot->hidden_state, DONE, memory_order_release);
   return own;
 }
 
-/* The same of the point nearest to a place; beyond the grid nothing is hidden. */
-static const np_relief_hidden *get_nearest_hidden(const np_relief_light *c, np_dvec3 place, np_relief_hidden *own) {
-  const double u = (place.x - c->origin_m[0]) / c->spacing_m[0], v = (place.y - c->origin_m[1]) / c->spacing_m[1];
+/* The same of the nearest point in the finest grid, up to a number, that holds a place; beyond all grids nothing is
+ * hidden. */
+static const np_relief_hidden *get_nearest_hidden(const np_relief_light *c, unsigned finest, np_dvec3 place,
+                                                  np_relief_hidden *own) {
+  const double last = NP_RELIEF_POINTS_MAX - 1;
+  for (unsigned n = finest + 1; n-- > 0;) {
+    const np_relief_grid *g = &c->grids[n];
+    const double u = (place.x - g->origin_m[0]) / g->spacing_m[0], v = (place.y - g->origin_m[1]) / g->spacing_m[1];
+    if (u >= 0.0 && v >= 0.0 && u <= last && v <= last)
+      return get_hidden(c, &(relief_point){g, (int32_t)lround(u), (int32_t)lround(v)}, own);
+  }
   *own = make_open();
-  if (!(u >= 0.0 && v >= 0.0 && u <= c->size[0] - 1 && v <= c->size[1] - 1)) return own;
-  return get_hidden(c, (int32_t)lround(u), (int32_t)lround(v), own);
+  return own;
 }
 
 /* ---- Light from the ground ---- */
@@ -224,32 +251,34 @@ static np_spectrum light_ground(const np_relief_light *c, const np_relief_hidden
 }
 
 /* Radiance of the ground through the air before it. */
-static np_spectrum compute_ground_radiance(const np_relief_light *c, np_dvec3 origin, np_vec3 direction,
-                                           const np_ground_hit *hit, np_random *random) {
+static np_spectrum compute_ground_radiance(const np_relief_light *c, unsigned finest, np_dvec3 origin,
+                                           np_vec3 direction, const np_ground_hit *hit, np_random *random) {
   np_relief_hidden own;
-  const np_spectrum light = light_ground(c, get_nearest_hidden(c, hit->position, &own), hit);
+  const np_spectrum light = light_ground(c, get_nearest_hidden(c, finest, hit->position, &own), hit);
   np_air_parts air;
   if (hit->distance_m < air_from_m) return light;
   if (!np_relief_trace_air(c->desc.world, origin, direction, hit->distance_m, random, &air)) return light;
   return np_spectrum_add(np_spectrum_multiply(light, air.transmittance), air.all);
 }
 
-static void add_up(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_random *random,
+static void add_up(const np_relief_light *c, unsigned finest, np_dvec3 origin, const relief_ray *ray, np_random *random,
                    np_relief_irradiance *out) {
   const np_vec3 towards = np_relief_make_direction(ray->sine, ray->azimuth);
   np_ground_hit hit;
   if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
   np_relief_add_light(
-      towards, np_spectrum_scale(compute_ground_radiance(c, origin, towards, &hit, random), ray->solid_angle), out);
+      towards, np_spectrum_scale(compute_ground_radiance(c, finest, origin, towards, &hit, random), ray->solid_angle),
+      out);
 }
 
 /* Adds the difference to level ground of radiance `level`. */
-static void add_down(const np_relief_light *c, np_dvec3 origin, const relief_ray *ray, np_spectrum level,
-                     np_random *random, np_relief_irradiance *out) {
+static void add_down(const np_relief_light *c, unsigned finest, np_dvec3 origin, const relief_ray *ray,
+                     np_spectrum level, np_random *random, np_relief_irradiance *out) {
   const np_vec3 towards = np_relief_make_direction(ray->sine, ray->azimuth);
   np_ground_hit hit;
   if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
-  const np_spectrum more = np_spectrum_subtract(compute_ground_radiance(c, origin, towards, &hit, random), level);
+  const np_spectrum more =
+      np_spectrum_subtract(compute_ground_radiance(c, finest, origin, towards, &hit, random), level);
   np_relief_add_light(towards, np_spectrum_scale(more, ray->solid_angle), out);
 }
 
@@ -259,35 +288,36 @@ static void add_lower_half(np_spectrum irradiance, np_relief_irradiance *sum) {
   sum->term[2] = np_spectrum_add_scaled(sum->term[2], -0.5f / np_relief_harmonic_1, irradiance);
 }
 
-/* Computes the light from the ground at the point of a column i and a row j. */
-static void fill_ground(const np_relief_light *c, int32_t i, int32_t j, np_relief_irradiance *out) {
+/* Computes the light from the ground at a point. */
+static void fill_ground(const np_relief_light *c, const relief_point *p, np_relief_irradiance *out) {
   *out = (np_relief_irradiance){0};
-  const np_dvec3 place = get_place(c, i, j);
+  const unsigned finest = p->grid->number;
+  const np_dvec3 place = get_place(p);
   np_ground_hit here;
   if (!get_ground(c->desc.world, place.x, place.y, &here)) return;
   np_ground_hit flat = here;
   np_relief_hidden own;
   flat.normal = np_zenith(here.position, c->desc.world->planet_radius_m);
-  const np_spectrum level = light_ground(c, get_hidden(c, i, j, &own), &flat);
+  const np_spectrum level = light_ground(c, get_hidden(c, p, &own), &flat);
   add_lower_half(np_spectrum_scale(level, NP_PI_F), out);
-  np_random random = start_rays(i, j), of_shade = np_random_start(0, 2, (uint32_t)i, (uint32_t)j, 0);
+  np_random random = start_random(p, OF_RAYS), of_shade = start_random(p, OF_GROUND_SHADE);
   for (int ring = 0; ring < UP; ring++)
-    for (int k = 0; k < AZIMUTHS; k++) {
-      const relief_ray ray = draw_ray(np_relief_ring_edges, ring, k, &random);
-      add_up(c, here.position, &ray, &of_shade, out);
+    for (int k = 0; k < count_azimuths(p); k++) {
+      const relief_ray ray = choose_ray(p, np_relief_ring_edges, ring, k, &random);
+      add_up(c, finest, here.position, &ray, &of_shade, out);
     }
   for (int ring = 0; ring < DOWN; ring++)
-    for (int k = 0; k < AZIMUTHS; k++) {
-      const relief_ray ray = draw_ray(down_edges, ring, k, &random);
-      add_down(c, here.position, &ray, level, &of_shade, out);
+    for (int k = 0; k < count_azimuths(p); k++) {
+      const relief_ray ray = choose_ray(p, down_edges, ring, k, &random);
+      add_down(c, finest, here.position, &ray, level, &of_shade, out);
     }
 }
 
-static const np_relief_irradiance *get_from_ground(const np_relief_light *c, int32_t i, int32_t j,
+static const np_relief_irradiance *get_from_ground(const np_relief_light *c, const relief_point *p,
                                                    np_relief_irradiance *own) {
-  np_relief_slot *slot = get_slot(c, i, j);
+  np_relief_slot *slot = get_slot(p);
   if (atomic_load_explicit(&slot->ground_state, memory_order_acquire) == DONE) return &slot->ground;
-  fill_ground(c, i, j, own);
+  fill_ground(c, p, own);
   if (!claim(&slot->ground_state)) return own;
   slot->ground = *own;
   atomic_store_explicit(&slot->ground_state, DONE, memory_order_release);
@@ -296,40 +326,113 @@ static const np_relief_irradiance *get_from_ground(const np_relief_light *c, int
 
 /* ---- The cache ---- */
 
-static void place(np_relief_light *c) {
-  double low[2], high[2];
-  np_terrain_get_core(c->desc.world->terrain, low, high);
-  for (int a = 0; a < 2; a++) {
-    c->size[a] = NP_RELIEF_POINTS_MAX;
-    c->origin_m[a] = low[a];
-    c->spacing_m[a] = (high[a] - low[a]) / (NP_RELIEF_POINTS_MAX - 1);
+enum { FINER = 2 }; /* ratio of the spacings of two grids */
+
+/* Steps by which finer grids follow the eye, in their points. */
+enum { FOLLOW = 8 };
+
+static void clear_points(np_relief_grid *g) {
+  for (size_t n = 0; n < NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX; n++) {
+    atomic_init(&g->points[n].hidden_state, EMPTY);
+    atomic_init(&g->points[n].ground_state, EMPTY);
   }
+}
+
+static neph_result allocate_points(neph_context *context, np_relief_grid *g) {
+  g->points = np_alloc(context, NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX, sizeof *g->points);
+  if (!g->points) return NEPH_ERROR_OUT_OF_MEMORY;
+  clear_points(g);
+  return NEPH_OK;
+}
+
+static np_relief_grid place_over_terrain(const np_world *world) {
+  np_relief_grid out = {.number = 0};
+  double low[2], high[2];
+  np_terrain_get_core(world->terrain, low, high);
+  for (int a = 0; a < 2; a++) {
+    out.origin_m[a] = low[a];
+    out.spacing_m[a] = (high[a] - low[a]) / (NP_RELIEF_POINTS_MAX - 1);
+  }
+  return out;
+}
+
+/* A finer grid about the eye, of which every FINER-th point would be one of the next coarser. */
+static np_relief_grid place_about(const np_relief_grid *terrain, unsigned number, np_dvec3 eye) {
+  const double at[2] = {eye.x, eye.y};
+  np_relief_grid out = {.number = number};
+  for (int a = 0; a < 2; a++) {
+    out.spacing_m[a] = terrain->spacing_m[a] * pow(FINER, -(double)number);
+    const double first = (at[a] - terrain->origin_m[a]) / out.spacing_m[a] - 0.5 * NP_RELIEF_POINTS_MAX;
+    out.first[a] = FOLLOW * (int32_t)np_clamp(round(first / FOLLOW), -1e6, 1e6);
+    out.origin_m[a] = terrain->origin_m[a] + out.first[a] * out.spacing_m[a];
+  }
+  return out;
+}
+
+/* Least spacing of points, in the ground's own. */
+static const double cells_least = 0.75;
+
+/* Whether a grid shows more than the next coarser one: it is no finer than the ground, and the eye is not far above. */
+static bool is_worth(const np_world *world, const np_relief_grid *g, np_dvec3 eye) {
+  const double spacing_m = fmax(g->spacing_m[0], g->spacing_m[1]), half_m = 0.5 * NP_RELIEF_POINTS_MAX * spacing_m;
+  if (spacing_m < cells_least * np_terrain_get_cell_m(world->terrain)) return false;
+  return eye.z - neph_terrain_get_elevation_m(world->terrain, eye.x, eye.y) < half_m;
 }
 
 /* Ground in the middle of the terrain. */
 static np_dvec3 get_middle(const np_relief_light *c) {
+  const np_relief_grid *g = &c->grids[0];
   np_ground_hit middle;
-  const double x = c->origin_m[0] + 0.5 * (c->size[0] - 1) * c->spacing_m[0],
-               y = c->origin_m[1] + 0.5 * (c->size[1] - 1) * c->spacing_m[1];
+  const double x = g->origin_m[0] + 0.5 * (NP_RELIEF_POINTS_MAX - 1) * g->spacing_m[0],
+               y = g->origin_m[1] + 0.5 * (NP_RELIEF_POINTS_MAX - 1) * g->spacing_m[1];
   return get_ground(c->desc.world, x, y, &middle) ? middle.position : np_dvec3_make(x, y, 0.0);
 }
 
-neph_result np_relief_light_build(neph_context *context, const np_relief_light_desc *desc, np_relief_light *out) {
-  *out = (np_relief_light){.context = context, .desc = *desc};
-  place(out);
-  const size_t count = (size_t)out->size[0] * (size_t)out->size[1];
-  out->points = np_alloc(context, count, sizeof *out->points);
-  if (!out->points) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (size_t n = 0; n < count; n++) {
-    atomic_init(&out->points[n].hidden_state, EMPTY);
-    atomic_init(&out->points[n].ground_state, EMPTY);
+/* A grid keeps its points where it and all coarser ones stay where they were: these light what its rays meet. */
+static neph_result move_grid(neph_context *context, np_relief_grid *wanted, bool *are_moved, np_relief_grid *grid) {
+  *are_moved = *are_moved || !grid->points || grid->first[0] != wanted->first[0] || grid->first[1] != wanted->first[1];
+  wanted->points = grid->points;
+  *grid = *wanted;
+  if (!grid->points) return allocate_points(context, grid);
+  if (*are_moved) clear_points(grid);
+  return NEPH_OK;
+}
+
+/* Frees grids from a number on. */
+static void drop_grids(np_relief_light *cache, unsigned first) {
+  for (unsigned n = first; n < NP_RELIEF_GRIDS_MAX; n++) {
+    np_alloc_free(cache->context, cache->grids[n].points);
+    cache->grids[n].points = NULL;
   }
+}
+
+neph_result np_relief_light_set(np_relief_light *cache, const np_relief_light_desc *desc) {
+  neph_result result = NEPH_OK;
+  bool are_moved = false;
+  cache->desc = *desc;
+  cache->grid_count = 1;
+  for (unsigned n = 1; n < NP_RELIEF_GRIDS_MAX && desc->eye && !result; n++) {
+    np_relief_grid wanted = place_about(&cache->grids[0], n, *desc->eye);
+    if (!is_worth(desc->world, &wanted, *desc->eye)) break;
+    result = move_grid(cache->context, &wanted, &are_moved, &cache->grids[n]);
+    if (!result) cache->grid_count++;
+  }
+  drop_grids(cache, cache->grid_count);
+  cache->desc.eye = NULL;
+  return result;
+}
+
+neph_result np_relief_light_build(neph_context *context, const np_relief_light_desc *desc, np_relief_light *out) {
+  *out = (np_relief_light){.context = context, .desc = *desc, .grids = {place_over_terrain(desc->world)}};
+  neph_result result = allocate_points(context, &out->grids[0]);
+  if (!result) result = np_relief_light_set(out, desc);
+  if (result) return np_relief_light_clear(out), result;
   np_relief_sky_build(desc->world, get_middle(out), &out->sky);
   return NEPH_OK;
 }
 
 void np_relief_light_clear(np_relief_light *cache) {
-  np_alloc_free(cache->context, cache->points);
+  drop_grids(cache, 0);
   *cache = (np_relief_light){0};
 }
 
@@ -342,12 +445,13 @@ typedef struct relief_cell {
   float share;     /* 1 well within the grid, 0 at its rim and beyond */
 } relief_cell;
 
-static relief_cell get_cell(const np_relief_light *c, np_dvec3 position) {
+static relief_cell get_cell(const np_relief_grid *g, np_dvec3 position) {
   const double p[2] = {position.x, position.y};
   relief_cell out = {.share = 1.0f};
   for (int a = 0; a < 2; a++) {
-    const double last = c->size[a] - 1, u = (p[a] - c->origin_m[a]) / c->spacing_m[a], inside = np_clamp(u, 0.0, last);
-    out.lower[a] = (int32_t)inside < c->size[a] - 2 ? (int32_t)inside : c->size[a] - 2;
+    const double last = NP_RELIEF_POINTS_MAX - 1, u = (p[a] - g->origin_m[a]) / g->spacing_m[a];
+    const double inside = np_clamp(u, 0.0, last);
+    out.lower[a] = (int32_t)inside < NP_RELIEF_POINTS_MAX - 2 ? (int32_t)inside : NP_RELIEF_POINTS_MAX - 2;
     out.weight[a] = (float)(inside - out.lower[a]);
     out.share *= np_smoothstepf((float)(fmin(u, last - u) / rim_points));
   }
@@ -372,13 +476,13 @@ static relief_slope make_slope(const np_relief_light *c, const np_ground_hit *hi
 }
 
 /* Irradiance of a slope at a point. */
-static np_spectrum eval_point(const np_relief_light *c, int32_t i, int32_t j, const relief_slope *s) {
+static np_spectrum eval_point(const np_relief_light *c, const relief_point *p, const relief_slope *s) {
   np_relief_hidden own_hidden;
   np_relief_irradiance own_ground;
-  const np_relief_hidden *point = get_hidden(c, i, j, &own_hidden);
+  const np_relief_hidden *point = get_hidden(c, p, &own_hidden);
   const np_spectrum hidden = np_relief_sum_terms(&point->sky, s->harmonics),
                     glow = np_relief_sky_compute_glow(&c->sky, &s->glow, point->glow_left);
-  np_spectrum out = np_relief_sum_terms(get_from_ground(c, i, j, &own_ground), s->harmonics);
+  np_spectrum out = np_relief_sum_terms(get_from_ground(c, p, &own_ground), s->harmonics);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float open = fmaxf(0.0f, s->clear.band[b] - hidden.band[b]) + glow.band[b];
     out.band[b] = fmaxf(0.0f, out.band[b]) + s->level.clear.band[b] * open + s->clouds.band[b];
@@ -386,17 +490,30 @@ static np_spectrum eval_point(const np_relief_light *c, int32_t i, int32_t j, co
   return out;
 }
 
-np_spectrum np_relief_light_get(const np_relief_light *c, const np_ground_hit *hit) {
-  const relief_cell cell = get_cell(c, hit->position);
-  const np_spectrum bare =
-      cell.share < 1.0f ? np_relief_light_get_bare(c->desc.world, c->desc.ground_light, hit) : np_spectrum_grey(0.0f);
-  if (!(cell.share > 0.0f)) return bare;
-  const relief_slope s = make_slope(c, hit);
+static np_spectrum eval_cell(const np_relief_light *c, const np_relief_grid *g, const relief_cell *cell,
+                             const relief_slope *s) {
   np_spectrum out = np_spectrum_grey(0.0f);
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
-    const float weight = (i ? cell.weight[0] : 1.0f - cell.weight[0]) * (j ? cell.weight[1] : 1.0f - cell.weight[1]);
-    out = np_spectrum_add_scaled(out, weight, eval_point(c, cell.lower[0] + i, cell.lower[1] + j, &s));
+    const float weight =
+        (i ? cell->weight[0] : 1.0f - cell->weight[0]) * (j ? cell->weight[1] : 1.0f - cell->weight[1]);
+    const relief_point point = {g, cell->lower[0] + i, cell->lower[1] + j};
+    if (weight > 0.0f) out = np_spectrum_add_scaled(out, weight, eval_point(c, &point, s));
   }
-  return np_spectrum_mix(bare, out, cell.share);
+  return out;
+}
+
+/* The finest grid first; what its rim leaves is the next one's. */
+np_spectrum np_relief_light_get(const np_relief_light *c, const np_ground_hit *hit) {
+  const relief_slope s = make_slope(c, hit);
+  np_spectrum out = np_spectrum_grey(0.0f);
+  float left = 1.0f;
+  for (unsigned n = c->grid_count; n-- > 0 && left > 0.0f;) {
+    const relief_cell cell = get_cell(&c->grids[n], hit->position);
+    if (!(cell.share > 0.0f)) continue;
+    out = np_spectrum_add_scaled(out, left * cell.share, eval_cell(c, &c->grids[n], &cell, &s));
+    left *= 1.0f - cell.share;
+  }
+  if (!(left > 0.0f)) return out;
+  return np_spectrum_add_scaled(out, left, np_relief_light_get_bare(c->desc.world, c->desc.ground_light, hit));
 }

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light on the ground of a landscape: the sky that hills leave open, and the light that the ground around sends back.
  *
- * Computed at the points of a level grid over the terrain, each on the ground, and interpolated. A point is computed
- * when it is first needed, by whichever thread comes first, with the same bits by any. It holds the light that arrives
- * from all directions in harmonics (relief_harmonics.h), and that of the glow around the sun by its directions, so that
- * each slope about it is lit by its own half of the directions. The points are fixed in the world: they depend on the
- * terrain, the lights and the clouds, not on the camera.
+ * Computed at the points of level grids, each on the ground, and interpolated: one over the terrain, and finer ones
+ * about the eye, each with points half as far apart, down to the spacing of the terrain's own samples. A point is
+ * computed when it is first needed, by whichever thread comes first, with the same bits by any. It holds the light that
+ * arrives from all directions in harmonics (relief_harmonics.h), and that of the glow around the sun by its directions,
+ * so that each slope about it is lit by its own half of the directions. The points are fixed in the world: they depend
+ * on the terrain, the lights and the clouds; which of the finer ones there are also depends on the eye.
  */
 #ifndef NP_CACHES_RELIEF_LIGHT_H
 #define NP_CACHES_RELIEF_LIGHT_H
@@ -15,7 +16,10 @@
 #include "caches/ground_light.h"
 #include "caches/relief_sky.h"
 
-enum { NP_RELIEF_POINTS_MAX = 64 /* along each side */ };
+enum {
+  NP_RELIEF_POINTS_MAX = 64, /* points along each side of a grid */
+  NP_RELIEF_GRIDS_MAX = 5
+};
 
 /* Light that hills take from a point. */
 typedef struct np_relief_hidden {
@@ -36,20 +40,30 @@ typedef struct np_relief_light_desc {
   const np_world *world;
   np_sun_optical_depths depths;
   const np_ground_light *ground_light; /* NULL: no cloud lights the ground */
+  const np_dvec3 *eye;                 /* finer grids lie about it; NULL: there are none */
 } np_relief_light_desc;
+
+typedef struct np_relief_grid {
+  unsigned number;
+  int32_t first[2]; /* number of the first point along each axis, counted from the terrain's side */
+  double origin_m[2], spacing_m[2];
+  np_relief_slot *points; /* NP_RELIEF_POINTS_MAX along x, fastest, and along y */
+} np_relief_grid;
 
 typedef struct np_relief_light {
   neph_context *context; /* borrowed */
   np_relief_light_desc desc;
-  int32_t size[2]; /* points */
-  double origin_m[2], spacing_m[2];
-  np_relief_sky sky;      /* over the terrain's middle */
-  np_relief_slot *points; /* x fastest; NULL: there is no terrain */
+  np_relief_sky sky; /* over the terrain's middle */
+  unsigned grid_count;
+  np_relief_grid grids[NP_RELIEF_GRIDS_MAX]; /* the terrain's, then ever finer ones */
 } np_relief_light;
 
 /* Prepares the cache, with no point computed. On failure `*out` is empty. */
 neph_result np_relief_light_build(neph_context *context, const np_relief_light_desc *desc, np_relief_light *out);
 void np_relief_light_clear(np_relief_light *cache);
+
+/* Gives the cache another picture's inputs, equal ones but for the eye, about which it lays finer grids. */
+neph_result np_relief_light_set(np_relief_light *cache, const np_relief_light_desc *desc);
 
 /* Irradiance of sky, clouds and ground around on a slope, W m⁻² nm⁻¹. Towards the grid's rim it becomes that of a slope
  * without hills, np_relief_light_get_bare. */

@@ -133,10 +133,15 @@ void np_stage_count_ground_clouds(const np_plan *plan, const neph_scene *scene, 
     add_steps(ground, worlds * of_air * air_points, air_step_voxels * voxel_m, air_steps_max, out);
 }
 
+/* Share of a grid about the eye that a picture sees. */
+static const double seen_about_eye = 0.25;
+
 void np_stage_count_relief_light(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   (void)scene;
-  out->of[NP_UNIT_RELIEF_POINT] = count_worlds(plan) * NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX;
-  out->of[NP_UNIT_BYTE] = out->of[NP_UNIT_RELIEF_POINT] * sizeof(np_relief_slot);
+  const double grid = count_worlds(plan) * NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX;
+  const double finer = np_request_is_coarse(&plan->request) ? 0.0 : NP_RELIEF_GRIDS_MAX - 1;
+  out->of[NP_UNIT_RELIEF_POINT] = grid * (1.0 + seen_about_eye * finer);
+  out->of[NP_UNIT_BYTE] = grid * (1.0 + finer) * sizeof(np_relief_slot);
 }
 
 void np_stage_count_air_shadows(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {

@@ -263,8 +263,10 @@ NP_STAGE_REUSE(ground_clouds, task->light->cloud_light, NP_PER_PACKET_LIGHT, fal
 /* ---- Light between hills ---- */
 
 static np_relief_light_desc describe_relief(const np_relief_light_inputs *in) {
-  return (np_relief_light_desc){in->world, np_stage_get_depths(in->world, in->depth),
-                                np_cloud_light_get_ground(in->cloud_light)};
+  return (np_relief_light_desc){.world = in->world,
+                                .depths = np_stage_get_depths(in->world, in->depth),
+                                .ground_light = np_cloud_light_get_ground(in->cloud_light),
+                                .eye = np_stage_has_rough_light(&in->part) ? NULL : &in->camera->origin};
 }
 
 /* Key of the light between hills: what the light on the ground was built for, and the picture's own scene, whose bits
@@ -298,10 +300,10 @@ static neph_result get_relief_light_key(const np_relief_light_inputs *in, void *
 /* Points of an earlier picture stay, and further ones are computed in this picture's world. */
 static neph_result adapt_relief(const np_relief_light_inputs *in, void *cached, const void *cached_key,
                                 char *out_reason) {
-  if (strcmp(((const relief_key *)cached_key)->light, ((const relief_key *)in->key)->light) != 0)
-    np_print(out_reason, NP_REASON_SIZE, "the light changed");
-  else
-    ((np_relief_light *)cached)->desc = describe_relief(in);
+  const np_relief_light_desc desc = describe_relief(in);
+  if (!strcmp(((const relief_key *)cached_key)->light, ((const relief_key *)in->key)->light))
+    return np_relief_light_set(cached, &desc);
+  np_print(out_reason, NP_REASON_SIZE, "the light changed");
   return NEPH_OK;
 }
 
