@@ -16,6 +16,7 @@ typedef struct cloud_light {
   double sine;       /* sine of the lights' lowest elevation above the horizon */
   double highest;    /* the same of the highest; -1: there is no light */
   double haze;       /* vertical optical depth of scattering by aerosols, green */
+  double glint;      /* share of the air that has the sun's glint on water */
   bool has_emission;
   bool has_mixed_periods; /* some clouds repeat without end, and others end or have other periods */
   bool has_false_fires;   /* all that the camera sees lacks light of fires, or has it back from a period */
@@ -36,7 +37,10 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
     const np_spectrum albedo = world->clouds.at[i].albedo;
     out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
   }
-  if (world->atmosphere) out->haze = fmax(out->haze, np_atmosphere_compute_haze(world->atmosphere));
+  if (world->atmosphere) {
+    out->haze = fmax(out->haze, np_atmosphere_compute_haze(world->atmosphere));
+    out->glint = (double)np_atmosphere_get_glint(world->atmosphere);
+  }
   if (world->sun_scope == NP_SUN_SKY || !(np_spectrum_max(world->sun_irradiance) > 0.0f)) return;
   out->sine = fmin(out->sine, light->beam.direction.z);
   out->highest = fmax(out->highest, light->beam.direction.z);
@@ -126,6 +130,10 @@ static double measure_shade(const np_assembly *assembly) {
  * time: 5 % at this depth and more, whatever the sun. */
 static const double hill_haze = 0.065, hill_depth = 0.07, hill_shade = 0.2, hill_thick = 0.05, hill_thick_depth = 0.6;
 
+/* The same where hills hide the sun's glint on water from a part of the air, which has it evenly: 1 and 29 % in two
+ * pictures of that page, of 0.5 and 0.6 of the air. For a half. */
+static const double glint_bias = 0.12;
+
 /* The same where shade in the air is left out, times the square of that haze: 17 to 130 % in valleys of that page. */
 static const double unshaded_hills = 0.5;
 
@@ -133,7 +141,8 @@ static double compute_hill_air(const np_frame *f, const cloud_light *light, cons
   const double low = 1.0 - fmax(light->sine, 0.0), haze = fmin(light->haze / hill_depth, 1.0);
   if (!np_plan_needs(plan, NP_STAGE_AIR_SHADOWS)) return unshaded_hills * haze * haze;
   const double thick = hill_thick * fmin(light->haze / hill_thick_depth, 1.0);
-  return hypot(hypot(hill_haze * haze * low, thick), hill_shade * measure_shade(f->assembly));
+  const double glint = glint_bias * 4.0 * light->glint * (1.0 - light->glint) * haze * low;
+  return hypot(hypot(hill_haze * haze * low, glint), hypot(thick, hill_shade * measure_shade(f->assembly)));
 }
 
 /* Bias of what hills reflect to each other: 0 to 6 % in pictures of docs/results/light-caches.md, "Slopes among hills".
