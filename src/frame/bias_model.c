@@ -132,7 +132,7 @@ static const double hill_haze = 0.065, hill_depth = 0.07, hill_shade = 0.2, hill
 
 /* The same where hills hide the sun's glint on water from a part of the air, which has it evenly: 1 and 29 % in two
  * pictures of that page, of 0.5 and 0.6 of the air. For a half. */
-static const double glint_bias = 0.12;
+static const double glint_bias = 0.2;
 
 /* The same where shade in the air is left out, times the square of that haze: 17 to 130 % in valleys of that page. */
 static const double unshaded_hills = 0.5;
@@ -145,9 +145,9 @@ static double compute_hill_air(const np_frame *f, const cloud_light *light, cons
   return hypot(hypot(hill_haze * haze * low, glint), hypot(thick, hill_shade * measure_shade(f->assembly)));
 }
 
-/* Bias of what hills reflect to each other: 0 to 6 % in pictures of docs/results/light-caches.md, "Slopes among hills".
+/* Bias of light between hills: 0 to 9 % without haze in pictures of docs/results/light-caches.md, "Slopes among hills".
  */
-static const double relief_bias = 0.03;
+static const double relief_bias = 0.045;
 
 static double compute_hills(const np_frame *f, const cloud_light *light, const np_plan *plan) {
   return np_plan_needs(plan, NP_STAGE_TERRAIN) ? hypot(relief_bias, compute_hill_air(f, light, plan)) : 0.0;
