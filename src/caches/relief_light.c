@@ -328,8 +328,9 @@ static const np_relief_irradiance *get_from_ground(const np_relief_light *c, con
 
 enum { FINER = 2 }; /* ratio of the spacings of two grids */
 
-/* Steps by which finer grids follow the eye, in their points. */
-enum { FOLLOW = 8 };
+/* Steps by which finer grids follow the eye, in their points, and the distance from it, in points, that they always
+ * cover. */
+enum { FOLLOW = 8, COVERED = (NP_RELIEF_POINTS_MAX - FOLLOW) / 2 - 1 };
 
 static void clear_points(np_relief_grid *g) {
   for (size_t n = 0; n < NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX; n++) {
@@ -346,7 +347,7 @@ static neph_result allocate_points(neph_context *context, np_relief_grid *g) {
 }
 
 static np_relief_grid place_over_terrain(const np_world *world) {
-  np_relief_grid out = {.number = 0};
+  np_relief_grid out = {.number = 0, .weight = 1.0f};
   double low[2], high[2];
   np_terrain_get_core(world->terrain, low, high);
   for (int a = 0; a < 2; a++) {
@@ -364,6 +365,7 @@ static np_relief_grid place_about(const np_relief_grid *terrain, unsigned number
     out.spacing_m[a] = terrain->spacing_m[a] * pow(FINER, -(double)number);
     const double first = (at[a] - terrain->origin_m[a]) / out.spacing_m[a] - 0.5 * NP_RELIEF_POINTS_MAX;
     out.first[a] = FOLLOW * (int32_t)np_clamp(round(first / FOLLOW), -1e6, 1e6);
+    out.eye_m[a] = at[a];
     out.origin_m[a] = terrain->origin_m[a] + out.first[a] * out.spacing_m[a];
   }
   return out;
@@ -372,11 +374,13 @@ static np_relief_grid place_about(const np_relief_grid *terrain, unsigned number
 /* Least spacing of points, in the ground's own. */
 static const double cells_least = 0.75;
 
-/* Whether a grid shows more than the next coarser one: it is no finer than the ground, and the eye is not far above. */
-static bool is_worth(const np_world *world, const np_relief_grid *g, np_dvec3 eye) {
-  const double spacing_m = fmax(g->spacing_m[0], g->spacing_m[1]), half_m = 0.5 * NP_RELIEF_POINTS_MAX * spacing_m;
-  if (spacing_m < cells_least * np_terrain_get_cell_m(world->terrain)) return false;
-  return eye.z - neph_terrain_get_elevation_m(world->terrain, eye.x, eye.y) < half_m;
+/* Weight of a grid by what it shows beside the next coarser one: none where it is finer than the ground, and less the
+ * higher the eye is above that. */
+static float weigh(const np_world *world, const np_relief_grid *g, np_dvec3 eye) {
+  const double spacing_m = fmax(g->spacing_m[0], g->spacing_m[1]);
+  const double above_m = eye.z - neph_terrain_get_elevation_m(world->terrain, eye.x, eye.y);
+  if (spacing_m < cells_least * np_terrain_get_cell_m(world->terrain)) return 0.0f;
+  return np_smoothstepf((float)(4.0 - 4.0 * above_m / (COVERED * spacing_m)));
 }
 
 /* Ground in the middle of the terrain. */
@@ -413,7 +417,8 @@ neph_result np_relief_light_set(np_relief_light *cache, const np_relief_light_de
   cache->grid_count = 1;
   for (unsigned n = 1; n < NP_RELIEF_GRIDS_MAX && desc->eye && !result; n++) {
     np_relief_grid wanted = place_about(&cache->grids[0], n, *desc->eye);
-    if (!is_worth(desc->world, &wanted, *desc->eye)) break;
+    wanted.weight = weigh(desc->world, &wanted, *desc->eye);
+    if (!(wanted.weight > 0.0f)) break;
     result = move_grid(cache->context, &wanted, &are_moved, &cache->grids[n]);
     if (!result) cache->grid_count++;
   }
@@ -456,6 +461,13 @@ static relief_cell get_cell(const np_relief_grid *g, np_dvec3 position) {
     out.share *= np_smoothstepf((float)(fmin(u, last - u) / rim_points));
   }
   return out;
+}
+
+/* Weight of a grid at a place: finer ones fade away from the eye, so that nothing jumps where they follow it. */
+static float weigh_place(const np_relief_grid *g, np_dvec3 position) {
+  if (g->number == 0) return 1.0f;
+  const double away = hypot((position.x - g->eye_m[0]) / g->spacing_m[0], (position.y - g->eye_m[1]) / g->spacing_m[1]);
+  return g->weight * np_smoothstepf((float)(4.0 - 4.0 * away / COVERED));
 }
 
 typedef struct relief_slope {
@@ -503,16 +515,17 @@ static np_spectrum eval_cell(const np_relief_light *c, const np_relief_grid *g, 
   return out;
 }
 
-/* The finest grid first; what its rim leaves is the next one's. */
+/* The finest grid first; what it leaves is the next one's. */
 np_spectrum np_relief_light_get(const np_relief_light *c, const np_ground_hit *hit) {
   const relief_slope s = make_slope(c, hit);
   np_spectrum out = np_spectrum_grey(0.0f);
   float left = 1.0f;
   for (unsigned n = c->grid_count; n-- > 0 && left > 0.0f;) {
     const relief_cell cell = get_cell(&c->grids[n], hit->position);
-    if (!(cell.share > 0.0f)) continue;
-    out = np_spectrum_add_scaled(out, left * cell.share, eval_cell(c, &c->grids[n], &cell, &s));
-    left *= 1.0f - cell.share;
+    const float share = cell.share * weigh_place(&c->grids[n], hit->position);
+    if (!(share > 0.0f)) continue;
+    out = np_spectrum_add_scaled(out, left * share, eval_cell(c, &c->grids[n], &cell, &s));
+    left *= 1.0f - share;
   }
   if (!(left > 0.0f)) return out;
   return np_spectrum_add_scaled(out, left, np_relief_light_get_bare(c->desc.world, c->desc.ground_light, hit));

@@ -47,6 +47,8 @@ typedef struct np_relief_grid {
   unsigned number;
   int32_t first[2]; /* number of the first point along each axis, counted from the terrain's side */
   double origin_m[2], spacing_m[2];
+  double eye_m[2];        /* place of the eye, away from which a finer grid counts the less */
+  float weight;           /* the same by the eye's height */
   np_relief_slot *points; /* NP_RELIEF_POINTS_MAX along x, fastest, and along y */
 } np_relief_grid;
 
