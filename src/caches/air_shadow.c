@@ -366,6 +366,14 @@ static int compute_plane_before(double reach_m, double distance_m, float *out_pa
   return plane;
 }
 
+/* The fraction between the planes of a node whose ray may end before the farther one, where it has that one's values.
+ */
+static float compute_part(const double plane_m[2], float ground_m, double distance_m, float part) {
+  const double end_m = (double)ground_m;
+  if (!(end_m < plane_m[1])) return part;
+  return end_m > plane_m[0] ? np_clampf((float)((distance_m - plane_m[0]) / (end_m - plane_m[0])), 0.0f, 1.0f) : 1.0f;
+}
+
 /* Weight of a ray that ends at `ground_m`, at a distance. */
 static float compute_weight(float ground_m, double distance_m) {
   if ((double)ground_m >= distance_m) return 1.0f;
@@ -459,7 +467,8 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
   float part[2], along, weights = 0.0f;
   locate(r, view, lower, part);
   const int plane = compute_plane_before(v->reach_m, distance_m, &along);
-  const double within = fmin(distance_m, 1e9);
+  const double within = fmin(distance_m, 1e9),
+               plane_m[2] = {np_air_rays_get_plane(v->reach_m, plane), np_air_rays_get_plane(v->reach_m, plane + 1)};
   const bool is_past = plane >= CELLS - 1;
   const float begun = (float)fmin(distance_m / np_air_rays_get_plane(v->reach_m, 0), 1.0);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
@@ -471,13 +480,14 @@ np_air_change np_air_shadow_get(const np_air_shadow *shadow, const np_view_ray *
     const size_t first = node * PLANES + (size_t)plane;
     const float weight =
         (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * compute_weight(v->ground_m[node], within);
+    const float own = compute_part(plane_m, v->ground_m[node], distance_m, along);
     const uint16_t *near = shadow->visible_fraction[first], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
       sum.lost_share.band[b] +=
-          weight * mix_losses(NP_AIR_SHADOW_UNIT - (float)near[b], NP_AIR_SHADOW_UNIT - (float)far[b], along, is_past);
-    if (shadow->parts) add_parts(shadow, node, plane, along, begun, weight, &sum);
+          weight * mix_losses(NP_AIR_SHADOW_UNIT - (float)near[b], NP_AIR_SHADOW_UNIT - (float)far[b], own, is_past);
+    if (shadow->parts) add_parts(shadow, node, plane, own, begun, weight, &sum);
     haze.weight[corner] = weight;
-    if (shadow->parts && end != NP_RAY_END_NONE) add_end(shadow, node, plane, along, end, corner, &haze, &sum);
+    if (shadow->parts && end != NP_RAY_END_NONE) add_end(shadow, node, plane, own, end, corner, &haze, &sum);
     weights += weight;
   }
   if (shadow->parts && end != NP_RAY_END_NONE) sum.passed = np_spectrum_scale(sum_passed(&haze), begun);
