@@ -1,30 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "terrain/terrain_surroundings.h"
 
-#include "core/units.h"
 #include "terrain/heightfield.h"
-
-/* Height of the air that the ground brightens: of the light that it has from the ground, the share H/√(r² + H²) comes
- * from farther than r. */
-static const double air_height_m = 8000.0;
 
 enum { SPOTS = 64, PLACES = 16 };
 
-np_terrain_spot np_terrain_choose_spot(const neph_terrain *terrain, double distance, double azimuth) {
-  double low[2], high[2];
-  np_terrain_get_core(terrain, low, high);
-  const double share = 1.0 - distance, away_m = air_height_m * sqrt(1.0 / (share * share) - 1.0);
-  const double angle = 2.0 * NP_PI * azimuth;
-  return (np_terrain_spot){0.5 * (low[0] + high[0]) + away_m * cos(angle),
-                           0.5 * (low[1] + high[1]) + away_m * sin(angle)};
-}
-
 double np_terrain_measure_water(const neph_terrain *terrain, double level_m) {
   if (!np_terrain_get_field(terrain)->elevation_m) return 1.0;
+  double low[2], high[2];
+  np_terrain_get_core(terrain, low, high);
+  const np_terrain_spot middle = {0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])};
   unsigned covered = 0;
   for (unsigned i = 0; i < SPOTS; i++)
     for (unsigned j = 0; j < SPOTS; j++) {
-      const np_terrain_spot spot = np_terrain_choose_spot(terrain, (i + 0.5) / SPOTS, (j + 0.5) / SPOTS);
+      const np_terrain_spot spot = np_terrain_choose_spot(middle, (i + 0.5) / SPOTS, (j + 0.5) / SPOTS);
       covered += !(neph_terrain_get_elevation_m(terrain, spot.x_m, spot.y_m) > level_m);
     }
   return (double)covered / (SPOTS * SPOTS);

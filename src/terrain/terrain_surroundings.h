@@ -3,6 +3,7 @@
 #ifndef NP_TERRAIN_TERRAIN_SURROUNDINGS_H
 #define NP_TERRAIN_TERRAIN_SURROUNDINGS_H
 
+#include "core/units.h"
 #include "terrain/terrain_private.h"
 
 /* A place in plan. */
@@ -10,8 +11,17 @@ typedef struct np_terrain_spot {
   double x_m, y_m;
 } np_terrain_spot;
 
-/* The place of two numbers in [0, 1): even ones choose places as many at each distance as the air has light from. */
-np_terrain_spot np_terrain_choose_spot(const neph_terrain *terrain, double distance, double azimuth);
+/* Height of the air that the ground brightens: of the light that it has from the ground, the share H/√(r² + H²) comes
+ * from farther than r. */
+static const double np_terrain_air_height_m = 8000.0;
+
+/* The place around a middle of two numbers in [0, 1): even ones choose places as many at each distance as the air has
+ * light from. */
+static inline np_terrain_spot np_terrain_choose_spot(np_terrain_spot middle, double distance, double azimuth) {
+  const double share = 1.0 - distance, away_m = np_terrain_air_height_m * sqrt(1.0 / (share * share) - 1.0);
+  const double angle = 2.0 * NP_PI * azimuth;
+  return (np_terrain_spot){middle.x_m + away_m * cos(angle), middle.y_m + away_m * sin(angle)};
+}
 
 /* Share of the ground that water at a level covers: so weighted, and 1 without a height field. */
 double np_terrain_measure_water(const neph_terrain *terrain, double level_m);
