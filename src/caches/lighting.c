@@ -25,10 +25,7 @@ static np_spectrum shade(const np_air_change *change, np_ray_end end, np_spectru
   return light;
 }
 
-/* Places along a ray, and the share of the light of the higher orders that is lost where the sun is hidden: that from
- * around it. The rest comes from everywhere. */
 enum { SHADE_PLACES = 3 };
-static const float higher_lost = 0.5f;
 
 /* Share of the sun that ground and clouds hide, in the mean over places along a ray. */
 static float compute_shade(const np_lighting *lighting, const np_world *world, const np_view_ray *view,
@@ -51,7 +48,7 @@ static np_aerial_perspective get_air_by_places(const np_lighting *lighting, cons
   const float shade = compute_shade(lighting, world, view, distance_m);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float higher = fmaxf(air.inscatter.band[b] - first.band[b], 0.0f);
-    air.inscatter.band[b] = fmaxf(air.inscatter.band[b] - shade * (first.band[b] + higher_lost * higher), 0.0f);
+    air.inscatter.band[b] = fmaxf(air.inscatter.band[b] - shade * (first.band[b] + np_higher_lost * higher), 0.0f);
   }
   return air;
 }

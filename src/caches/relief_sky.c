@@ -10,9 +10,6 @@ enum { RINGS = NP_RELIEF_RINGS, AZIMUTHS = NP_RELIEF_SKY_AZIMUTHS, SAMPLES = 3 /
 /* Times the median of a ring of the sky beyond which its light belongs to the glow. */
 static const float glow_least = 2.0f;
 
-/* Share of the light of the higher orders that the air lacks where the sun is hidden: that from around it. */
-static const float higher_lost = 0.5f;
-
 /* Distances between which the first order is measured: from 50 m, each 1.6 times the one before. */
 enum { CELLS = 18 };
 static const double first_cell_m = 50.0, cell_ratio = 1.6;
@@ -92,7 +89,7 @@ static np_relief_air measure_air(const np_world *world, np_dvec3 origin, np_vec3
   const np_spectrum all = np_sky_trace_air(sky, origin, towards, INFINITY).inscatter, first = parts[CELLS - 1].first;
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out.share.band[b] =
-        all.band[b] > 0.0f ? np_mixf(higher_lost, 1.0f, np_clampf(first.band[b] / all.band[b], 0.0f, 1.0f)) : 0.0f;
+        all.band[b] > 0.0f ? np_mixf(np_higher_lost, 1.0f, np_clampf(first.band[b] / all.band[b], 0.0f, 1.0f)) : 0.0f;
   place_parts(ends_m, parts, out.distance_m);
   return out;
 }
@@ -122,7 +119,7 @@ bool np_relief_trace_air(const np_world *world, np_dvec3 origin, np_vec3 directi
     const double place_m = distance_m * (i + np_random_double(random)) / GROUND_PLACES;
     hidden += np_world_is_sun_hidden(world, np_dvec3_along(origin, direction, place_m), world->to_sun);
   }
-  const np_spectrum lost = np_spectrum_mix(out->first, out->all, higher_lost);
+  const np_spectrum lost = np_spectrum_mix(out->first, out->all, np_higher_lost);
   out->all = np_spectrum_add_scaled(out->all, -(float)hidden / GROUND_PLACES, lost);
   return true;
 }

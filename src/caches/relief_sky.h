@@ -16,13 +16,17 @@
 
 enum { NP_RELIEF_RINGS = 5, NP_RELIEF_SKY_AZIMUTHS = 24, NP_RELIEF_GLOW = 16, NP_RELIEF_PARTS = 8 };
 
+/* Share of the light of the higher orders that air lacks where the sun is hidden from it: that from around the sun. */
+static const float np_higher_lost = 0.5f;
+
 /* Sines of the elevations between rings of directions: the rings are narrow near the horizon, where hills are. */
 static const float np_relief_ring_edges[NP_RELIEF_RINGS + 1] = {0.0f, 0.1f, 0.2f, 0.35f, 0.55f, 1.0f};
 
-/* Sunlight that the air scatters for the first time along a direction. */
+/* Light of the air along a direction that it lacks where the sun is hidden: of its first scattering, and np_higher_lost
+ * of the rest. */
 typedef struct np_relief_air {
   np_spectrum share;                  /* share of the sky's light */
-  double distance_m[NP_RELIEF_PARTS]; /* distances of equal parts of it */
+  double distance_m[NP_RELIEF_PARTS]; /* distances of equal parts of the first scattering */
 } np_relief_air;
 
 /* A part of a ring but for the glow. */

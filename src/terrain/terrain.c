@@ -272,12 +272,11 @@ static neph_result sample_surroundings(void *user, size_t begin, size_t end, uns
   const np_field_facets facets = get_facets(terrain);
   double low[2], high[2];
   np_terrain_get_core(terrain, low, high);
-  const np_terrain_spot middle = {0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])};
   for (size_t n = begin; n < end; n++) {
     np_field_position at;
     float *albedo = job->albedo[n];
     albedo[0] = -1.0f;
-    const np_terrain_spot spot = np_terrain_choose_spot(middle, (double)(n / MEAN_PLACES) / MEAN_PLACES,
+    const np_terrain_spot spot = np_terrain_choose_spot(low, high, (double)(n / MEAN_PLACES) / MEAN_PLACES,
                                                         (double)(n % MEAN_PLACES) / MEAN_PLACES);
     if (!np_heightfield_locate(field, &terrain->globe, spot.x_m, spot.y_m, &at)) continue;
     const np_field_position core = np_heightfield_get_core_position(field, at);

@@ -9,11 +9,10 @@ double np_terrain_measure_water(const neph_terrain *terrain, double level_m) {
   if (!np_terrain_get_field(terrain)->elevation_m) return 1.0;
   double low[2], high[2];
   np_terrain_get_core(terrain, low, high);
-  const np_terrain_spot middle = {0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])};
   unsigned covered = 0;
   for (unsigned i = 0; i < SPOTS; i++)
     for (unsigned j = 0; j < SPOTS; j++) {
-      const np_terrain_spot spot = np_terrain_choose_spot(middle, (i + 0.5) / SPOTS, (j + 0.5) / SPOTS);
+      const np_terrain_spot spot = np_terrain_choose_spot(low, high, (i + 0.5) / SPOTS, (j + 0.5) / SPOTS);
       covered += !(neph_terrain_get_elevation_m(terrain, spot.x_m, spot.y_m) > level_m);
     }
   return (double)covered / (SPOTS * SPOTS);

@@ -15,12 +15,14 @@ typedef struct np_terrain_spot {
  * from farther than r. */
 static const double np_terrain_air_height_m = 8000.0;
 
-/* The place around a middle of two numbers in [0, 1): even ones choose places as many at each distance as the air has
- * light from. */
-static inline np_terrain_spot np_terrain_choose_spot(np_terrain_spot middle, double distance, double azimuth) {
+/* The place, around the middle of a terrain's sides, of two numbers in [0, 1): even ones choose places as many at each
+ * distance as the air has light from. */
+static inline np_terrain_spot np_terrain_choose_spot(const double low[2], const double high[2], double distance,
+                                                     double azimuth) {
   const double share = 1.0 - distance, away_m = np_terrain_air_height_m * sqrt(1.0 / (share * share) - 1.0);
   const double angle = 2.0 * NP_PI * azimuth;
-  return (np_terrain_spot){middle.x_m + away_m * cos(angle), middle.y_m + away_m * sin(angle)};
+  return (np_terrain_spot){0.5 * (low[0] + high[0]) + away_m * cos(angle),
+                           0.5 * (low[1] + high[1]) + away_m * sin(angle)};
 }
 
 /* Share of the ground that water at a level covers: so weighted, and 1 without a height field. */
